@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Literal
 
 import yaml  # type: ignore[import-untyped]
@@ -17,6 +18,9 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _COLON = re.compile(r"[ \t]*:")
 
 Path = tuple[Key, ...]
+
+KEPT = 3
+"""Texts whose spans are kept: an act needs those of the text before it and after it."""
 
 
 @dataclass(slots=True, eq=False)
@@ -95,8 +99,9 @@ class Span:
             yield from part.walk()
 
 
+@lru_cache(maxsize=KEPT)
 def read_spans(text: str, file: str = "<text>") -> Span:
-    """Return the value of a YAML text with its places.
+    """Return the value of a YAML text with its places; those of the last texts are kept.
 
     Raises:
         InputError: The text is not YAML of the kind that missions are.

@@ -41,6 +41,10 @@ class Child:
         self._process: asyncio.subprocess.Process | None = None
         self._task = asyncio.create_task(self._run())
 
+    async def wait(self) -> None:
+        """Wait for the end of its process."""
+        await asyncio.wait([self._task])
+
     @property
     def is_over(self) -> bool:
         """Whether its process has ended."""

@@ -89,6 +89,7 @@ class EditServer(PageServer):
             "save": self._save,
             "run": self._start_run,
             "ran": self._ran,
+            "revise": self._revise,
             "prove": self._start_proof,
             "proved": self._proved,
         }
@@ -155,7 +156,7 @@ class EditServer(PageServer):
             shared.leader, shared.seen = page, Stopwatch()
             if isinstance(asked.get("text"), str):
                 shared.text = asked["text"]
-            is_changed = "base" in asked and disk != asked["base"]
+            is_changed = "base" in asked and (disk or "") != asked["base"]
             return {"leads": True, "is_changed": is_changed, "exists": disk is not None}
         return {"leads": False, "text": disk if shared.text is None else shared.text}
 
@@ -210,9 +211,19 @@ class EditServer(PageServer):
         speed = _text(asked, "speed")
         if speed not in SPEEDS:
             raise RequestError(f"expected one of the speeds {', '.join(SPEEDS)}")
-        words = ("--web", "--port=0", f"--speed={speed}")
-        self._run = self._child(asked, "run", *words)
+        words = ["--web", "--port=0", f"--speed={speed}"]
+        if asked.get("is_editable"):
+            words.append("--editable")
+        self._run = self._child(asked, "run", words)
         return {}
+
+    async def _revise(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Send the text to the run; return what `bt-mission revise` prints."""
+        words = [key for key in ("--dry-run", "--keep-goals") if asked.get(key)]
+        child = self._child(asked, "revise", words, _text(asked, "executive"))
+        await child.wait()
+        lines = [*child.output.splitlines(), *child.lines]
+        return {"is_possible": child.code == 0, "lines": lines}
 
     def _ran(self, _: dict[str, Any]) -> dict[str, Any]:
         run = self._run
@@ -224,7 +235,7 @@ class EditServer(PageServer):
     async def _start_proof(self, asked: dict[str, Any]) -> dict[str, Any]:
         if self._proof is not None:
             await self._proof.stop()
-        self._proof = self._child(asked, "prove", "--json", f"--budget={PROOF_BUDGET}")
+        self._proof = self._child(asked, "prove", ["--json", f"--budget={PROOF_BUDGET}"])
         return {}
 
     def _proved(self, _: dict[str, Any]) -> dict[str, Any]:
@@ -233,12 +244,16 @@ class EditServer(PageServer):
             return {"is_over": False}
         return {"is_over": True, "result": proof.result, "lines": proof.lines[-20:]}
 
-    def _child(self, asked: dict[str, Any], command: str, *words: str) -> Child:
+    def _child(
+        self, asked: dict[str, Any], command: str, words: Sequence[str], *first: str
+    ) -> Child:
+        """Run a command with the text of a page; `first` are its words before the file."""
         if self._is_read_only:
             raise EditError("this page is read-only: start it without --read-only")
-        name = _text(asked, "name")
-        trial = self._workspace.trial(name, _text(asked, "text"))
-        return Child(trial, (command, str(trial), *words))
+        trial = self._workspace.trial(_text(asked, "name"), _text(asked, "text"), command)
+        if any(word.startswith("-") for word in first):
+            raise RequestError("an invalid name")
+        return Child(trial, (command, *words, *first, str(trial)))
 
     async def _page_of_run(self, _: Request) -> Response:
         return Response(self._watch, media_type="text/html; charset=utf-8")

@@ -18,8 +18,8 @@ MOST_FILES = 500
 MOST_LEVELS = 4
 """Folders below the root that are searched for files."""
 
-UNSAVED, TRIAL = ".unsaved", ".run.yaml"
-"""Endings of the files beside a file: its unsaved text, and the text that a run or proof uses."""
+UNSAVED, TRIAL = ".unsaved", ".yaml"
+"""Endings of the files beside a file: its unsaved text, and the text that a command uses."""
 
 
 class EditError(BtMissionError):
@@ -131,9 +131,9 @@ class Workspace:
         with suppress(OSError):
             self._beside(name, UNSAVED).unlink()
 
-    def trial(self, name: str, text: str) -> Path:
-        """Write a text beside its file, for a run of it; return its path."""
-        path = self._beside(name, TRIAL)
+    def trial(self, name: str, text: str, command: str) -> Path:
+        """Write a text beside its file, for a command; return its path."""
+        path = self._beside(name, f".{command}{TRIAL}")
         self._write(path, text)
         return path
 

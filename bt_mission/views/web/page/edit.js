@@ -352,6 +352,7 @@ function listen() {
   byId("save").addEventListener("click", showDifference);
   byId("files").addEventListener("change", () => openFile(byId("files").value));
   byId("run").addEventListener("click", () => runs.start(at.name, text.text).catch((error) => connected(error.message, true)));
+  byId("apply").addEventListener("click", () => apply().catch((error) => refuse(error.message)));
   byId("prove").addEventListener("click", startProof);
   byId("problems").addEventListener("click", () => {
     const list = byId("problem-list");
@@ -374,6 +375,20 @@ function listen() {
   dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
   byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
   setTheme(dark.matches ? "dark" : "light");
+}
+
+// Shows what the text would change of the run, then applies it.
+async function apply() {
+  const facts = { name: at.name, text: text.text, executive: runs.executive };
+  const shown = await ask("revise", { ...facts, "--dry-run": true });
+  if (shown.error) { refuse(shown.error); return; }
+  const send = async (more) => {
+    const answer = await ask("revise", { ...facts, ...more });
+    if (!answer.is_possible) openWindow("Not applied", [element("pre", "", answer.lines.join("\n"))], []);
+    else banner("applied", "Applied to the run.", [["Close", () => {}]]);
+  };
+  openWindow("Apply to the run?", [element("pre", "", shown.lines.join("\n"))], shown.is_possible
+    ? [["Apply", () => send({})], ["Apply, keep running goals", () => send({ "--keep-goals": true })]] : []);
 }
 
 async function startProof() {

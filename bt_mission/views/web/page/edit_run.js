@@ -22,7 +22,9 @@ export class RunPane {
     byId("run-frame").hidden = true;
     byId("run-lines").hidden = true;
     byId("run-state").textContent = "starting";
-    const answer = await ask("run", { name, text, speed: byId("speed").value });
+    const isEditable = byId("editable").checked;
+    this.executive = "";
+    const answer = await ask("run", { name, text, speed: byId("speed").value, is_editable: isEditable });
     if (answer.error) { this.fail([answer.error]); return; }
     while (number === this.number) {
       const run = await ask("ran");
@@ -32,6 +34,7 @@ export class RunPane {
     }
     if (number !== this.number) return;
     byId("run-state").textContent = "";
+    byId("apply").hidden = !isEditable;
     byId("run-frame").hidden = false;
     byId("run-frame").src = "run/";
     this.watch();
@@ -46,6 +49,7 @@ export class RunPane {
   leave() {
     this.socket?.close();
     this.socket = null;
+    byId("apply").hidden = true;
     byId("run-frame").src = "about:blank";
     this.onStatuses(new Map());
   }
@@ -69,6 +73,7 @@ export class RunPane {
     socket.onmessage = (event) => {
       if (typeof event.data !== "string") return;
       const changes = JSON.parse(event.data);
+      if (changes.source) this.executive = changes.source;
       if (changes.tree) paths = changes.tree.nodes.map((node) => node[3]);
       for (const [index, status] of changes.nodes ?? []) statuses.set(paths[index], STATUSES[status]);
       if (changes.tree || changes.nodes) this.onStatuses(statuses);

@@ -261,17 +261,24 @@ def test_hostile_names_are_text(play: Play) -> None:
     play(scene)
 
 
-def test_a_run_of_the_text_is_shown_beside_it(play: Play) -> None:
-    """Also of unsaved text: the nodes of the drawing show their statuses."""
+def test_a_run_of_the_text_is_shown_beside_it(play: Play, monkeypatch: Any) -> None:
+    """Also of unsaved text; the drawing shows statuses, and a change is applied to the run."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
     async def scene(editor: Editor) -> None:
         await editor.add("sequence")
         await editor.add("wait")
         await editor.set("wait", "600")
+        await editor.look("document.getElementById('editable').checked = true")
         await editor.click("run")
         await editor.until("document.querySelectorAll('.ran-running').length === 2")
         frame = "document.getElementById('run-frame').contentDocument"
         await editor.until(f"{frame}.getElementById('status').textContent === 'running'")
+        await editor.add("log")
+        await editor.click("apply")
+        await editor.shows("window-body", "+ log")
+        await editor.look("document.querySelector('#window-buttons button').click()")
+        await editor.until(f"{frame}.querySelectorAll('.row').length === 3")
         await editor.click("run-stop")
         await editor.until("document.getElementById('run-panel').hidden")
         await editor.until("document.querySelectorAll('.ran-running').length === 0")
