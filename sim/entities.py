@@ -42,21 +42,31 @@ class Category(IntEnum):
 class UnknownEntityError(BtMissionError):
     """No entity has that name."""
 
+    code = "BT-807"
+
 
 class FixedEntityError(BtMissionError):
     """An operation that this simulation does not support for such an entity."""
+
+    code = "BT-807"
 
 
 class InvalidPoseError(BtMissionError):
     """An invalid pose, or one at which nothing can be."""
 
+    code = "BT-807"
+
 
 class InvalidNameError(BtMissionError):
     """A name that no entity can have."""
 
+    code = "BT-807"
+
 
 class NameTakenError(BtMissionError):
     """A name that another entity has."""
+
+    code = "BT-807"
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,8 @@ from bt_mission.core.errors import BtMissionError
 class FaultError(BtMissionError):
     """A fault that a robot cannot have."""
 
+    code = "BT-703"
+
 
 def expected(text: str, **limits: Any) -> Any:
     """Return the expected values of a figure, with its limits as pydantic has them."""

@@ -40,13 +40,19 @@ EXAMPLE = "box?size=[0.2,0.4,0.3]&colour=red"
 class NoResourceError(BtMissionError):
     """There is no description of the entity to spawn."""
 
+    code = "BT-807"
+
 
 class FormatError(BtMissionError):
     """A description in an unknown format."""
 
+    code = "BT-807"
+
 
 class RobotsAreFixedError(BtMissionError):
     """A robot was to be spawned: robots are there from the start on."""
+
+    code = "BT-807"
 
 
 class Spawnable(WorldPart):

@@ -27,6 +27,8 @@ Nav2's map saver writes 0.25 for the second; its map server then takes the grey 
 class MapFileError(BtMissionError):
     """A map cannot be written."""
 
+    code = "BT-1103"
+
 
 def save(grid: Grid, prefix: Path) -> tuple[Path, Path]:
     """Write `prefix`.pgm and `prefix`.yaml. Return both paths.

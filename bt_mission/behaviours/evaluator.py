@@ -85,9 +85,10 @@ class Evaluator:
         self.node, self.file = node, file
         self.place = f"{file}:{node.line}:{node.column}"
 
-    def failure(self, message: str) -> MissionFailure:
+    def failure(self, message: str, code: str = MissionFailure.code) -> MissionFailure:
         """The end of the mission at this node."""
-        return MissionFailure(f"{self.place}: '{self.node.label}' cannot start: {message}")
+        text = f"{self.place}: '{self.node.label}' cannot start: {message}"
+        return MissionFailure(text, code=code)
 
     @contextmanager
     def starting(self) -> Iterator[None]:
@@ -95,14 +96,14 @@ class Evaluator:
         try:
             yield
         except BtMissionError as error:
-            raise self.failure(str(error)) from error
+            raise self.failure(str(error), error.code) from error
 
     def resolve(self, value: Any) -> Any:
         """A value with everything in it computed. Raises MissionFailure."""
         try:
             return resolve(value, self.scope.values, self.scope.random_for(self.path, value))
         except ExpressionError as error:
-            raise self.failure(str(error)) from error
+            raise self.failure(str(error), error.code) from error
 
     def number(self, value: Value, rule: NumberRule) -> float:
         """A number that keeps to a rule. Raises MissionFailure."""
@@ -147,7 +148,7 @@ class Evaluator:
         try:
             answer = condition.evaluate(variables, self.scope.random_for(self.path, condition))
         except ExpressionError as error:
-            raise self.failure(str(error)) from error
+            raise self.failure(str(error), error.code) from error
         if not isinstance(answer, bool):
             raise self.failure(f"'{condition.text}' gave {show(answer)}, not a boolean")
         values = ", ".join(
@@ -169,7 +170,7 @@ class Evaluator:
                     return None
             except ExpressionError as error:
                 where = f"{self.place}: '{self.node.label}' {key}"
-                raise MissionFailure(f"{where}: {error}") from error
+                raise MissionFailure(f"{where}: {error}", code=error.code) from error
             values = values_read(expression, fields)
             return f"{expression.text}" + (f" ({values})" if values else "")
 

@@ -18,6 +18,8 @@ from bt_mission.language.follow import Follow
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
     """An error of the mission that occurs only while it runs; it ends the mission."""
 
+    code = "BT-913"
+
 
 @contextmanager
 def placed(place: str) -> Iterator[None]:
@@ -25,7 +27,7 @@ def placed(place: str) -> Iterator[None]:
     try:
         yield
     except BtMissionError as error:
-        raise MissionFailure(f"{place}: {error}") from error
+        raise MissionFailure(f"{place}: {error}", code=error.code or None) from error
 
 
 class Generator(Random):

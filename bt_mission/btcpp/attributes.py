@@ -396,7 +396,7 @@ class Reporter:
     def take(self, attributes: dict[str, Attribute], name: str, at: At) -> Attribute | None:
         """Return an attribute that is needed, and leave it out of those that are still to read."""
         if name not in attributes:
-            self.report("BT-1202", at, f"the attribute '{name}' is missing")
+            self.report("BT-1207", at, f"the attribute '{name}' is missing")
         return attributes.pop(name, None)
 
     def refuse(

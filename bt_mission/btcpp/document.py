@@ -145,13 +145,13 @@ class _FileReader(XmlNodeReader):
         found = root.attributes.get("BTCPP_format")
         if found is None:
             message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
-            self.report("BT-1202", root.at, message, f'write <root BTCPP_format="{FORMAT}">')
+            self.report("BT-1207", root.at, message, f'write <root BTCPP_format="{FORMAT}">')
         elif found.value != FORMAT:
             message = f"expected format {FORMAT}, got {quoted(found.value)}"
-            self.report("BT-1202", found.value_at, message)
+            self.report("BT-1203", found.value_at, message)
         if root.text:
             self.report(
-                "BT-1202", root.text_at, f"text outside of any element: {quoted(root.text)}"
+                "BT-1209", root.text_at, f"text outside of any element: {quoted(root.text)}"
             )
         for child in root.children:
             if child.tag == "TreeNodesModel":
@@ -241,7 +241,7 @@ class _FileReader(XmlNodeReader):
         """Return the ID of a tree; the only one needs none, and is called as the file is."""
         if "ID" not in tree.attributes:
             if sum(child.tag == tree.tag for child in self.source.root.children) > 1:
-                self.report("BT-1202", tree.at, "the attribute 'ID' is missing")
+                self.report("BT-1207", tree.at, "the attribute 'ID' is missing")
             name = Path(self.source.file).stem
             tree.attributes["ID"] = Attribute("ID", name, tree.at, tree.at)
         return tree.attributes["ID"]
@@ -250,7 +250,7 @@ class _FileReader(XmlNodeReader):
         """Return the ID of the main tree."""
         named = root.attributes.get("main_tree_to_execute")
         if not self._trees:
-            self.report("BT-1202", root.at, "this file has no <BehaviorTree>")
+            self.report("BT-1211", root.at, "this file has no <BehaviorTree>")
             return None
         if named is None:
             used = {use.attributes["ID"].value for use in _uses(root) if "ID" in use.attributes}
@@ -258,7 +258,7 @@ class _FileReader(XmlNodeReader):
             if len(alone) == 1 or len(self._trees) == 1:
                 return (*alone, *self._trees)[0]
             message = f"which of the trees is the mission? ({listed(self._trees)})"
-            self.report("BT-1202", root.at, message, "write 'main_tree_to_execute' in <root>")
+            self.report("BT-1211", root.at, message, "write 'main_tree_to_execute' in <root>")
             return None
         if named.value in self._trees:
             return named.value
@@ -283,9 +283,9 @@ class _FileReader(XmlNodeReader):
             if key in HEAD and key != "mission":
                 yield key, attribute.at, self.value(attribute, HEAD[key])
         for key, at, _ in ports.sections["needs"].values():
-            self.report("BT-1202", at, f"the input {quoted(key)} of the mission needs a default")
+            self.report("BT-1210", at, f"the input {quoted(key)} of the mission needs a default")
         for key, at, _ in ports.outputs.values():
-            self.report("BT-1202", at, f"a mission has no outputs, such as {quoted(key)}")
+            self.report("BT-1210", at, f"a mission has no outputs, such as {quoted(key)}")
         yield from _section("inputs", [*ports.sections["inputs"].values()])
         yield from _section("requirements", [self._requirement(one) for one in ports.requirements])
 
@@ -295,7 +295,7 @@ class _FileReader(XmlNodeReader):
         self.refuse(attributes.values(), "Metadata", _AT_REQUIREMENT)
         name, formula = attributes[REQUIREMENT], attributes.get("formula")
         if formula is None:
-            self.report("BT-1202", element.at, "the attribute 'formula' is missing")
+            self.report("BT-1207", element.at, "the attribute 'formula' is missing")
             return name.value, name.at, located("", element.at)
         action = attributes.get("on_violation")
         if action is None:
@@ -317,9 +317,9 @@ class _FileReader(XmlNodeReader):
         entries = [*self._description(element)]
         for attribute in ports.metadata.values():
             if attribute.name != TREE_NAME:
-                self.report("BT-1202", attribute.at, "metadata is read only from the main tree")
+                self.report("BT-1210", attribute.at, "metadata is read only from the main tree")
         for one in ports.requirements:
-            self.report("BT-1202", one.at, "requirements belong to the main tree")
+            self.report("BT-1210", one.at, "requirements belong to the main tree")
         for key, found in ports.sections.items():
             entries += _section(key, [*found.values()])
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
@@ -334,11 +334,11 @@ class _FileReader(XmlNodeReader):
     def _body(self, element: Element) -> LocatedValue:
         if element.text:
             self.report(
-                "BT-1202", element.text_at, f"text outside of any element: {quoted(element.text)}"
+                "BT-1209", element.text_at, f"text outside of any element: {quoted(element.text)}"
             )
         if len(element.children) != 1:
             message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
-            self.report("BT-1202", element.at, message)
+            self.report("BT-1208", element.at, message)
         nodes = [self.node(child) for child in element.children]
         return nodes[0] if nodes else located({}, element.at)
 
@@ -365,7 +365,7 @@ class _FileReader(XmlNodeReader):
         self.refuse(element.attributes.values(), "include", ("path", "ros_pkg"))
         path, package = element.attributes.get("path"), element.attributes.get("ros_pkg")
         if path is None:
-            self.report("BT-1202", element.at, "the attribute 'path' is missing")
+            self.report("BT-1207", element.at, "the attribute 'path' is missing")
             return
         try:
             source = self._included_source(path.value, package.value if package else None)

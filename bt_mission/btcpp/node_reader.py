@@ -109,11 +109,11 @@ class TreePorts:
         if element.tag == "output_port":
             section = "outputs"
             if default:
-                report("BT-1202", default.at, "an output cannot have a default")
+                report("BT-1210", default.at, "an output cannot have a default")
         else:
             self.inputs[name.value] = word
         if any(name.value in section for section in self.sections.values()):
-            report("BT-1202", element.at, f"the port {quoted(name.value)} is declared twice")
+            report("BT-1210", element.at, f"the port {quoted(name.value)} is declared twice")
         self.sections[section][name.value] = (name.value, name.value_at, value)
 
 
@@ -127,7 +127,7 @@ class XmlNodeReader(Reporter):
         """Return an element and all below it as a node."""
         if element.text:
             self.report(
-                "BT-1202",
+                "BT-1209",
                 element.text_at,
                 f"text in <{element.tag}>: {quoted(element.text)}",
             )
@@ -136,7 +136,7 @@ class XmlNodeReader(Reporter):
             name = rest.pop("ID", None)
             if name is None:
                 message = f"<{element.tag}>: the attribute 'ID' is missing"
-                self.report("BT-1202", element.at, message)
+                self.report("BT-1207", element.at, message)
                 return located({}, element.at)
             element = replace(element, tag=name.value, at=name.value_at, attributes=rest)
         if element.tag == table.SUBTREE:
@@ -158,11 +158,11 @@ class XmlNodeReader(Reporter):
         """Return the use of a named tree."""
         at = element.at
         for child in element.children:
-            self.report("BT-1202", child.at, "a SubTree has no children; its ID names a tree")
+            self.report("BT-1208", child.at, "a SubTree has no children; its ID names a tree")
         attributes = dict(element.attributes)
         tree_id = attributes.get("ID")
         if tree_id is None:
-            self.report("BT-1202", at, "the attribute 'ID' is missing")
+            self.report("BT-1207", at, "the attribute 'ID' is missing")
             return located({}, at)
         ports = self.trees.get(tree_id.value)
         if ports is None:
@@ -222,11 +222,11 @@ class _Filling:
         node = self._mapping({**row.node, "name": table.NAME}, row.kind)
         if row.is_leaf:
             for child in children:
-                self._reader.report("BT-1202", child.at, f"<{tag}> is a leaf and has no children")
+                self._reader.report("BT-1208", child.at, f"<{tag}> is a leaf and has no children")
         elif row.children is not None and len(children) != row.children:
             nodes = counted(row.children, "node")
             self._reader.report(
-                "BT-1202", self._at, f"expected {nodes} in <{tag}>, got {len(children)}"
+                "BT-1208", self._at, f"expected {nodes} in <{tag}>, got {len(children)}"
             )
         self._reader.refuse(self._attributes.values(), tag, row.takes)
         return node
@@ -310,7 +310,7 @@ class _Filling:
             return self._reader.value(attributes[0], port.codec)
         if not port.is_needed:
             return None
-        self._reader.report("BT-1202", self._at, f"the attribute '{port.name}' is missing")
+        self._reader.report("BT-1207", self._at, f"the attribute '{port.name}' is missing")
         return located("", self._at)
 
     def _entries(self, ports: table.Ports, attributes: list[Attribute]) -> LocatedValue:
@@ -325,7 +325,7 @@ class _Filling:
             around = {path[:count] for count in range(1, len(path))}
             if path in whole or path in above or not whole.isdisjoint(around):
                 self._reader.report(
-                    "BT-1202", at, f"the field {quoted('.'.join(path))} is set twice"
+                    "BT-1210", at, f"the field {quoted('.'.join(path))} is set twice"
                 )
             whole.add(path)
             above |= around
@@ -355,7 +355,7 @@ class _Filling:
     def _children(self, column: table.Children) -> LocatedValue:
         children = self._element.children
         if not children:
-            self._reader.report("BT-1202", self._at, f"<{self._element.tag}> has no children")
+            self._reader.report("BT-1208", self._at, f"<{self._element.tag}> has no children")
         # Where all children are skipped, so is their parent, which has no counterpart.
         skips = column.skips and any(_SKIP not in child.attributes for child in children)
         nodes = [
@@ -382,7 +382,7 @@ class _Filling:
         children = self._element.children
         if len(children) < 2:
             message = f"expected 2 nodes or more in <{self._element.tag}>, got {len(children)}"
-            self._reader.report("BT-1202", self._at, message)
+            self._reader.report("BT-1208", self._at, message)
         nodes = [self._reader.node(child) for child in children[:-1]]
         if len(nodes) == 1:
             return nodes[0]

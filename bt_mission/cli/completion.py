@@ -99,7 +99,7 @@ FISH_NAMES = (
 def completion(options: argparse.Namespace) -> int:
     """Print the script, or names."""
     if (options.shell is None) == (options.names is None):
-        raise BtMissionError(f"expected a shell ({', '.join(SHELLS)}), or --names")
+        raise BtMissionError(f"expected a shell ({', '.join(SHELLS)}), or --names", code="BT-1101")
     if options.names:
         for name in known(options.names, options.line):
             print(name)

@@ -38,7 +38,7 @@ def convert(options: argparse.Namespace) -> int:
     from bt_mission.core.file_index import files_of
 
     if options.file is None and not options.palette:
-        raise BtMissionError("expected the file of a mission, or --palette")
+        raise BtMissionError("expected the file of a mission, or --palette", code="BT-1101")
     file = options.file and mission_file(options)
     from bt_mission.sessions import load
 

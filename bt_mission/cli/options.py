@@ -160,10 +160,10 @@ def confirm(what: str, question: str, *, otherwise: str, refused: str) -> None:
         BtMissionError: After a no, or without a terminal.
     """
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
-        raise BtMissionError(f"{what}{otherwise}")
+        raise BtMissionError(f"{what}{otherwise}", code="BT-1104")
     print(f"{what}{question} [y/N] ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-        raise BtMissionError(refused)
+        raise BtMissionError(refused, code="BT-1104")
 
 
 def write_output(path: Path, content: bytes) -> None:

@@ -127,7 +127,9 @@ class Manual:
             return (self._folder / name).read_text(encoding="utf-8")
         except OSError as error:
             reason = error.strerror or error
-            raise BtMissionError(f"cannot read {self._folder / name}: {reason}") from error
+            raise BtMissionError(
+                f"cannot read {self._folder / name}: {reason}", code="BT-101"
+            ) from error
 
 
 def manual() -> Manual:
@@ -138,7 +140,7 @@ def manual() -> Manual:
     """
     folder = docs_folder()
     if folder is None:
-        raise BtMissionError("no pages found: is the installation complete?")
+        raise BtMissionError("no pages found: is the installation complete?", code="BT-101")
     return Manual(folder)
 
 

@@ -48,7 +48,9 @@ PAGE = "proof.html"
 def prove(options: argparse.Namespace) -> int:
     """Explore the mission; gives the exit code."""
     if kind_of(mission_file(options)) != "mission":
-        raise BtMissionError(f"{options.file}: prove takes a mission, not a scenario or a fleet")
+        raise BtMissionError(
+            f"{options.file}: prove takes a mission, not a scenario or a fleet", code="BT-111"
+        )
     if options.output is not None:
         refuse_used_folder(options.output)
     mission = _checked(options)

@@ -126,7 +126,7 @@ def _serve_missions(
 
     An exception ends the mission that runs, with its goals, before it is raised.
     """
-    from bt_mission.core.errors import cause_of
+    from bt_mission.core.errors import callback_failure
 
     fault: Exception | None = None
     while node.is_busy or not (interrupts.count or fault):
@@ -139,7 +139,7 @@ def _serve_missions(
             graph.step(node.executive, node.mission_node)
             node.look()
         except Exception as error:
-            reason = f"a callback failed: {cause_of(error)}"
+            reason = callback_failure(error)
             if fault is not None:
                 node.abandon(reason)
                 raise

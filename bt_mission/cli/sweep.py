@@ -112,7 +112,7 @@ def sweep(options: argparse.Namespace) -> int:
             if signal:
                 why_stopped, code = f"stopped by {signal}", INTERRUPTED
         except BtMissionError as error:  # the workers are gone, or the disk is full
-            why_stopped, code = str(error), MISSION_FAILED
+            why_stopped, code = error.headline, MISSION_FAILED
         _tell(options, store, plan.count, tally, why_stopped)
         return code or _judge(options, tally.count)
 
@@ -254,7 +254,7 @@ def _tell(
     try:
         about["report"] = str(write_page(store, options.report, None))
     except BtMissionError as error:
-        about["report_lacks"] = str(error)
+        about["report_lacks"] = error.headline
     from bt_mission.sweeps.columns import SweepColumns
     from bt_mission.sweeps.report.explanation import results_as_dict
 

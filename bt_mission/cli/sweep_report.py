@@ -129,7 +129,7 @@ def tell_results(store: ResultStore, page: Path | None = None, worst: int | None
     except BtMissionError as error:
         if page is not None:
             raise
-        print(error, file=sys.stderr)  # the tables are there without the page
+        print(error.headline, file=sys.stderr)  # the tables are there without the page
     else:
         print(f"\nthe page: {written}")
 

@@ -120,5 +120,6 @@ def entry_of(code: str) -> CatalogueEntry:
     if named not in entries:
         near = difflib.get_close_matches(named[:20], entries, n=3, cutoff=0.0)
         shown = "; ".join(f"{each} ({entries[each].title})" for each in near)
-        raise BtMissionError(f"no error has the code {quoted(code)}; nearest: {shown}")
+        message = f"no error has the code {quoted(code)}; nearest: {shown}"
+        raise BtMissionError(message, code="BT-1101")
     return entries[named]

@@ -60,5 +60,11 @@ def place_of(function: Any) -> str:
 
 
 def cause_of(error: Exception) -> str:
-    """Return a BtMissionError by its message; any other error with the place that raised it."""
-    return str(error) if isinstance(error, BtMissionError) else described(error)
+    """Return a BtMissionError by its headline; any other error with the place that raised it."""
+    return error.headline if isinstance(error, BtMissionError) else described(error)
+
+
+def callback_failure(error: Exception) -> str:
+    """Return that a callback raised this error, in one line with a code."""
+    code = "" if isinstance(error, BtMissionError) and error.code else " [BT-903]"
+    return f"a callback failed: {cause_of(error)}{code}"

@@ -323,14 +323,17 @@ def listening_socket(host: str, port: int, option: str = "--port") -> socket.soc
         if error.errno == errno.EADDRINUSE:
             free = next(_free_ports(host, port), None)
             hint = f"{option} {free} is free" if free else f"{option} 0 uses any free port"
-            raise BtMissionError(f"{option} {port}: the port is in use; {hint}") from None
+            raise BtMissionError(
+                f"{option} {port}: the port is in use; {hint}", code="BT-910"
+            ) from None
         if error.errno in (errno.EACCES, errno.EPERM):
             raise BtMissionError(
-                f"{option} {port}: no permission for this port; use 1024 or above"
+                f"{option} {port}: no permission for this port; use 1024 or above", code="BT-910"
             ) from None
         raise BtMissionError(
             f"--host {host}: cannot listen on this address ({error.strerror or error}); use an "
-            f"address of this machine, such as 127.0.0.1"
+            f"address of this machine, such as 127.0.0.1",
+            code="BT-910",
         ) from None
 
 

@@ -36,13 +36,14 @@ def within(folder: Path, name: str) -> Path:
     """
     parts = PurePosixPath(name).parts
     if not parts or parts[0] == "/" or ".." in parts:
-        raise BtMissionError(f"{folder}: '{name}' is outside the folder")
+        raise BtMissionError(f"{folder}: '{name}' is outside the folder", code="BT-1103")
     path = folder
     for part in parts:
         path = path / part
         if path.is_symlink():
             raise BtMissionError(
-                f"{path} is a symbolic link, which is not followed in a folder of results"
+                f"{path} is a symbolic link, which is not followed in a folder of results",
+                code="BT-1103",
             )
     return path
 

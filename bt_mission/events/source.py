@@ -197,9 +197,9 @@ def choose(executives: Sequence[ListedExecutive], wanted: str | None) -> ListedE
     executives = _candidates(executives, wanted)
     if len(executives) > 1:
         names = listed(executive.name for executive in executives)
-        raise BtMissionError(f"{len(executives)} executives: choose one of {names}")
+        raise BtMissionError(f"{len(executives)} executives: choose one of {names}", code="BT-912")
     if executives and executives[0].is_foreign:
-        raise BtMissionError(f"{executives[0].name}: {executives[0].fault}")
+        raise BtMissionError(f"{executives[0].name}: {executives[0].fault}", code="BT-915")
     return executives[0] if executives else None
 
 

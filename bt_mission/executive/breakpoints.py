@@ -51,12 +51,15 @@ class Breakpoints:
         nodes = [node for node, path in self._paths.items() if name in (node.name, path)]
         if not nodes:
             hint = did_you_mean(name, sorted({node.name for node in self._paths}))
-            raise BtMissionError(f"unknown node '{name}'" + (f"; {hint}" if hint else ""))
+            raise BtMissionError(
+                f"unknown node '{name}'" + (f"; {hint}" if hint else ""), code="BT-916"
+            )
         ours = [node for node in nodes if isinstance(node, Hooked)]
         if not ours:
             raise BtMissionError(
                 f"'{name}' is inside a behaviour written in Python, which is ticked as a whole; "
-                f"set the breakpoint on that behaviour"
+                f"set the breakpoint on that behaviour",
+                code="BT-916",
             )
         self._set[name] = ours
         for node in ours:
@@ -70,7 +73,7 @@ class Breakpoints:
             BtMissionError: When no breakpoint was set by this name.
         """
         if name not in self._set:
-            raise BtMissionError(f"no breakpoint on '{name}'")
+            raise BtMissionError(f"no breakpoint on '{name}'", code="BT-916")
         removed = self._set.pop(name)
         still = {node for nodes in self._set.values() for node in nodes}
         for node in removed:

@@ -26,7 +26,7 @@ from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.behaviours.revision import Graft
 from bt_mission.behaviours.runtime import Runtime
-from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.listeners import Listeners
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import (
@@ -432,9 +432,7 @@ class Executive:
         self.fail(broken)
 
     def _take_raised(self) -> list[str]:
-        causes = [
-            f"a callback failed: {cause_of(cause)}" for some in self._raised for cause in some
-        ]
+        causes = [callback_failure(cause) for some in self._raised for cause in some]
         for some in self._raised:
             some.clear()
         return causes

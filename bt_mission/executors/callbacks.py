@@ -220,7 +220,8 @@ def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any
     if others and any(executor.taps.are_at(name) for name in (action, *others)):
         raise BtMissionError(
             f"{action} and {', '.join(others)} have one type and one node, where rclpy cannot "
-            f"distinguish them: serve them from separate nodes to tap them"
+            f"distinguish them: serve them from separate nodes to tap them",
+            code="BT-914",
         )
     return {
         part: data[part]

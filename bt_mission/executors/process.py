@@ -226,7 +226,7 @@ def _refused(file: ParameterFile | None, error: Exception) -> BtMissionError:
     names = () if file is None else file.values
     name = next((name for name in names if text.endswith(f": {name}")), None)
     if file is None or name is None:
-        return BtMissionError(text)
+        return BtMissionError(text, code="BT-806")
     value = file.values[name]
     is_whole = isinstance(value, int) and "DOUBLE" in text
     hint = f"write {value}.0" if is_whole else None

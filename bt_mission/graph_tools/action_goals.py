@@ -155,7 +155,9 @@ def _chosen(states: dict[str, str], digits: str) -> str:
     """Return the goal of an id; a whole id is taken as it is."""
     wanted = digits.replace("-", "").lower()
     if not wanted or any(digit not in "0123456789abcdef" for digit in wanted):
-        raise BtMissionError(f"expected hexadecimal digits of a goal's id, got '{digits}'")
+        raise BtMissionError(
+            f"expected hexadecimal digits of a goal's id, got '{digits}'", code="BT-1101"
+        )
     matches = [goal for goal in states if goal.startswith(wanted)]
     if len(matches) == 1:
         return matches[0]
@@ -163,4 +165,6 @@ def _chosen(states: dict[str, str], digits: str) -> str:
         return wanted
     known = listed(goal[:8] for goal, state in states.items() if state not in FINAL)
     what = "several goals have" if matches else "no goal has"
-    raise BtMissionError(f"{what} an id that begins with {wanted} (running: {known})")
+    raise BtMissionError(
+        f"{what} an id that begins with {wanted} (running: {known})", code="BT-912"
+    )

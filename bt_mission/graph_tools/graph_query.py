@@ -120,7 +120,9 @@ def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_
         raise NotThereError(_not_there(session, kind, name, seconds))
     types = dict(look_up(session.node))[name]
     if len(types) > 1:
-        raise BtMissionError(f"{name} has several types ({listed(types)}): choose one with --type")
+        raise BtMissionError(
+            f"{name} has several types ({listed(types)}): choose one with --type", code="BT-912"
+        )
     return str(types[0])
 
 
@@ -135,7 +137,7 @@ def resolved(node: Node, kind: Kind, name: str) -> str:
         validate_full_topic_name(full, is_service=kind == "service")
     except (ValueError, InvalidServiceNameException, InvalidTopicNameException) as error:
         words = str(error).splitlines()[0].partition(", at /")[0]
-        raise BtMissionError(f"expected the name of {_an(kind)}: {words}") from error
+        raise BtMissionError(f"expected the name of {_an(kind)}: {words}", code="BT-307") from error
     resolve = node.resolve_service_name if kind == "service" else node.resolve_topic_name
     return str(resolve(name))
 

@@ -89,7 +89,7 @@ class MessageTexts:
             try:
                 field_at(shape_of(message_type(type_name)), field)
             except UnknownField as error:
-                raise BtMissionError(f"--field: {error}") from error
+                raise BtMissionError(f"--field: {error}", code=error.code) from error
 
     def take(self, message: Any) -> None:
         """Keep a received message."""

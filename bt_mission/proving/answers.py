@@ -124,7 +124,7 @@ def parse_answers(text: str) -> AnswerSet:
     for item in items:
         server, colon, name = item.rpartition(":")
         if not colon or not server or name not in NAMES:
-            raise BtMissionError(_unknown(item, name if colon else item))
+            raise BtMissionError(_unknown(item, name if colon else item), code="BT-1101")
         without.setdefault(server.removeprefix("-").strip("/"), set()).add(name)
     return AnswerSet(
         has_rare=first == "all",

@@ -109,10 +109,10 @@ def scenario_data(
     """
     check = check_of(finding)
     if check is None:
-        raise BtMissionError("no run shows it")
+        raise BtMissionError("no run shows it", code="BT-713")
     played = Played(options.environment(mission), list(finding.way))
     if played.others:
-        raise BtMissionError(f"a scenario does not script: {played.others[0]}")
+        raise BtMissionError(f"a scenario does not script: {played.others[0]}", code="BT-713")
     limit_s = None if check.limit_s is None else played.end_s + check.limit_s
     parts: dict[str, Any] = {
         "scenario": f"{mission.name}: {finding.property}",

@@ -72,7 +72,7 @@ class ControlServices:
     def _running(self) -> Executive:
         executive = self._current()
         if executive is None or executive.status is not MissionStatus.RUNNING:
-            raise BtMissionError("no mission is running")
+            raise BtMissionError("no mission is running", code="BT-916")
         return executive
 
     def _pause(self, request: Any, answer: Any) -> Any:
@@ -108,14 +108,18 @@ class ControlServices:
             return f"{len(self._breakpoints)} set"
         if not remove:
             if len(name) > LONGEST_NAME:
-                raise BtMissionError(f"no node has a name of {len(name):,} characters")
+                raise BtMissionError(
+                    f"no node has a name of {len(name):,} characters", code="BT-916"
+                )
             if len(self._breakpoints) >= MOST_BREAKPOINTS and name not in self._breakpoints:
-                raise BtMissionError(f"{MOST_BREAKPOINTS} breakpoints are set; remove one first")
+                raise BtMissionError(
+                    f"{MOST_BREAKPOINTS} breakpoints are set; remove one first", code="BT-916"
+                )
             count = 0 if executive is None else executive.breakpoints.add(name)
             self._breakpoints[name] = None
             return f"pauses before '{name}'" + (f" ({count} nodes)" if count > 1 else "")
         if name not in self._breakpoints:
-            raise BtMissionError(f"no breakpoint on '{name}'")
+            raise BtMissionError(f"no breakpoint on '{name}'", code="BT-916")
         del self._breakpoints[name]
         if executive is not None and name in executive.breakpoints.names:
             executive.breakpoints.remove(name)
@@ -134,14 +138,14 @@ class ControlServices:
 
 def _resume(executive: Executive) -> str:
     if executive.paused is None:
-        raise BtMissionError("the mission is not paused")
+        raise BtMissionError("the mission is not paused", code="BT-916")
     executive.resume()
     return "resumed"
 
 
 def _step(executive: Executive) -> str:
     if executive.paused is None:
-        raise BtMissionError("the mission is not paused; pause it first")
+        raise BtMissionError("the mission is not paused; pause it first", code="BT-916")
     executive.step()
     return "stepped one tick"
 

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.publishers import CLOCK, duplicate_publishers
-from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.errors import BtMissionError, callback_failure
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.status import MissionStatus
@@ -184,7 +184,7 @@ class GraphConnection:
         while (why := self.duplicates(node)) is None and since.elapsed_s < SETTLE_S:
             self.executor.spin_once(timeout_sec=WAIT_S)
         if why is not None:
-            raise BtMissionError(why)
+            raise BtMissionError(why, code="BT-914")
 
     def duplicates(self, node: Node) -> str | None:
         """Return which of these topics has several publishers now, with advice, or None."""
@@ -218,7 +218,7 @@ class GraphConnection:
         except Exception as error:
             if executive is None:
                 raise
-            executive.fail(f"a callback failed: {cause_of(error)}")
+            executive.fail(callback_failure(error))
         if executive is None:
             self._since_last_time = Stopwatch()
             return

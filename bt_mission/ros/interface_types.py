@@ -87,7 +87,9 @@ def check_type(name: str, wanted: str, offered: Iterable[str], verb: str = "is a
     types = list(offered)
     if types and wanted not in types:
         article = verb.rpartition(" ")[2]
-        raise BtMissionError(f"{name} {verb} {listed(types)}, not {article} {wanted}")
+        raise BtMissionError(
+            f"{name} {verb} {listed(types)}, not {article} {wanted}", code="BT-912"
+        )
 
 
 @cache

@@ -283,7 +283,8 @@ class MissionRunner(MissionRuntime):
                 name = self.node.get_fully_qualified_name()
                 raise BtMissionError(
                     f"mission '{before.mission.name}' runs on {name} and has its topics for tools: "
-                    "close its runner first, or give this one RunnerOptions(has_controls=False)"
+                    "close its runner first, or give this one RunnerOptions(has_controls=False)",
+                    code="BT-914",
                 )
             before.close()
         _with_controls[id(self.node)] = self

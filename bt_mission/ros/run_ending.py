@@ -14,7 +14,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.core.errors import cause_of
+from bt_mission.core.errors import callback_failure
 from bt_mission.core.wall_clock import Stopwatch, rest
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.graph import END_WAIT_S, WAIT_S, quiet_node
@@ -78,7 +78,7 @@ def _spin(runner: MissionRuntime, executor: Executor, watch: Stopwatch) -> None:
         except Exception as error:  # noqa: BLE001 - what the caller does on its node
             if not executor.context.ok():
                 return  # such as of a timer that was made while ROS was shut down
-            runner.executive.abandon(f"a callback failed: {cause_of(error)}")
+            runner.executive.abandon(callback_failure(error))
         else:
             runner.tick()  # also if ROS time, and with it the timer, does not move
 

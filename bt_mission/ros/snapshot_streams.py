@@ -132,14 +132,14 @@ class SnapshotStreams:
     def _set(self, topic: str, parameters: msg.SnapshotStreamParameters) -> str:
         if not (period_s := parameters.snapshot_period) >= 0:  # such as NaN
             raise BtMissionError(
-                f"snapshot_period: expected seconds from 0, or inf, got {period_s}"
+                f"snapshot_period: expected seconds from 0, or inf, got {period_s}", code="BT-916"
             )
         self._drop_unheard()
         if topic in self._streams:
             self._streams[topic].parameters = parameters
             return topic
         if len(self._streams) >= MOST_STREAMS:
-            raise BtMissionError(f"{MOST_STREAMS} streams are open; close one first")
+            raise BtMissionError(f"{MOST_STREAMS} streams are open; close one first", code="BT-916")
         publisher = self._node.create_publisher(msg.BehaviourTree, topic, LATCHED)
         self._streams[topic] = _Stream(publisher, parameters)
         self._publish_due()

@@ -51,8 +51,10 @@ def test_{name}():
 '''
 
 
-class CannotTellError(BtMissionError):
+class NotExpressibleError(BtMissionError):
     """A run has parts that cannot be written as data; `parts` describes each."""
+
+    code = "BT-713"
 
     def __init__(self, parts: Sequence[str]) -> None:
         self.parts = tuple(parts)
@@ -82,9 +84,9 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
         folder: Where it will be written; paths in it are relative to that.
 
     Raises:
-        CannotTellError: With all parts that are not data.
+        NotExpressibleError: With all parts that are not data.
     """
-    refuse_untellable(run)
+    refuse_inexpressible(run)
     report = run.report
     data: dict[str, Any] = {
         "scenario": name,
@@ -108,46 +110,46 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
     text = f"# Trace of the recorded run: {report.trace_sha256}\n"
     text += to_yaml(data)
     if read_text(text).data != data:
-        raise CannotTellError(["texts that YAML reads as other values"])
+        raise NotExpressibleError(["texts that YAML reads as other values"])
     return text
 
 
-def refuse_untellable(run: TestedRun) -> None:
+def refuse_inexpressible(run: TestedRun) -> None:
     """Refuse a run that holds what is no data.
 
     Raises:
-        CannotTellError: With all of it.
+        NotExpressibleError: With all of it.
     """
     problems = [*_unusual(run)]
     for one in run.faults:
         try:
             planned(one)
-        except CannotTellError as error:
+        except NotExpressibleError as error:
             problems += error.parts
     try:
         mission_as_data(run.mission, Path())
-    except CannotTellError as error:
+    except NotExpressibleError as error:
         problems += error.parts
     if problems:
-        raise CannotTellError(problems)
+        raise NotExpressibleError(problems)
 
 
 def planned(instance: FaultInstance) -> PlannedFault:
     """Return a fault that a run has had as data.
 
     Raises:
-        CannotTellError: Where Python alone can say it.
+        NotExpressibleError: Where Python alone can say it.
     """
     fault = instance.fault
     if fault.what not in FAULTS:
-        raise CannotTellError([f"{fault!r} is made by Python alone"])
+        raise NotExpressibleError([f"{fault!r} is made by Python alone"])
     arguments = dict(_arguments(fault))
     lasting = fault.lasting
     if lasting is None and instance.is_ended_from_outside:
         if instance.is_ended_between:
-            raise CannotTellError([f"{fault!r} was ended between two control steps"])
+            raise NotExpressibleError([f"{fault!r} was ended between two control steps"])
         if DRAWN & arguments.keys():
-            raise CannotTellError(
+            raise NotExpressibleError(
                 [f"{fault!r}, which draws by its `lasting`, was ended by the test"]
             )
         lasting = (instance.ended_ns - instance.began_ns) / 1e9 if instance.ended_ns else None
@@ -155,9 +157,9 @@ def planned(instance: FaultInstance) -> PlannedFault:
     try:
         again = parse_fault(found.text)
     except BtMissionError as error:
-        raise CannotTellError([f"{fault!r}: {error}"]) from None
+        raise NotExpressibleError([f"{fault!r}: {error}"]) from None
     if again != found:
-        raise CannotTellError([f"{fault!r} cannot be written as text"])
+        raise NotExpressibleError([f"{fault!r} cannot be written as text"])
     return found
 
 
@@ -175,7 +177,7 @@ def _arguments(fault: Fault) -> Iterator[tuple[str, Value]]:
         if isinstance(value, Fault):
             yield name, value.obstacle
         elif not _is_data(value) or (name not in kind.parameters and not kind.takes_fields):
-            raise CannotTellError([f"{fault!r}: '{name}' is no data"])
+            raise NotExpressibleError([f"{fault!r}: '{name}' is no data"])
         else:
             yield name, _frozen(value)
 
@@ -221,7 +223,7 @@ def mission_as_data(mission: Mission, folder: Path) -> dict[str, Any]:
         folder: Where the scenario will be written; paths are relative to that.
 
     Raises:
-        CannotTellError: With what is no data.
+        NotExpressibleError: With what is no data.
     """
     document = mission.document
     head = document.data if isinstance(document.data, Mapping) else {}
@@ -265,9 +267,9 @@ def write_test(scenario: Path, sentence: str, command: str) -> Path:
 def _refuse_files(head: Mapping[str, Any]) -> None:
     """Refuse a mission as text that reads files beside the test."""
     if head.get("include"):
-        raise CannotTellError(["the mission is a text that includes files"])
+        raise NotExpressibleError(["the mission is a text that includes files"])
     if "python" in str(head) or head.get("nodes"):
-        raise CannotTellError(["the mission is a text with Python code"])
+        raise NotExpressibleError(["the mission is a text with Python code"])
 
 
 def _world(mission: Mission, folder: Path) -> Any:
@@ -277,7 +279,7 @@ def _world(mission: Mission, folder: Path) -> Any:
         return mission.world
     path = look_for("worlds", mission.world, near=mission.file)
     if path is None:
-        raise CannotTellError([f"the world {mission.world} does not exist any more"])
+        raise NotExpressibleError([f"the world {mission.world} does not exist any more"])
     is_temporary = path.name.startswith("world_")
     if not is_temporary:
         return _relative(path, folder)

@@ -77,7 +77,9 @@ def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseSc
             worker.load(made.concrete({}))
     except InputError as error:
         message = "; ".join(each.message for each in error.diagnostics if each.severity == "error")
-        raise BtMissionError(f"{path}: does not fit the scenario: {message}") from error
+        raise BtMissionError(
+            f"{path}: does not fit the scenario: {message}", code="BT-711"
+        ) from error
     return made
 
 

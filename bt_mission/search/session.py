@@ -162,10 +162,13 @@ class _Session:
         async for row in runner.rows([candidate.concrete(self.base, 0)]):
             if row.is_error:
                 raise BtMissionError(
-                    f"{self.base.path}: the unchanged mission cannot run: {row.reason}"
+                    f"{self.base.path}: the unchanged mission cannot run: {row.reason}",
+                    code="BT-711",
                 )
             return candidate, row
-        raise BtMissionError(f"{self.base.path}: the run of the unchanged mission gave no result")
+        raise BtMissionError(
+            f"{self.base.path}: the run of the unchanged mission gave no result", code="BT-711"
+        )
 
     async def prepare(
         self, ranges: Ranges, as_it_is: ScenarioRow, runner: ScenarioRunner

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Generic, TypeAlias, TypeVar
 
-from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.errors import BtMissionError, callback_failure
 from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Executive
@@ -161,9 +161,9 @@ def _step(
     try:
         session.step()
     except BtMissionError as error:
-        _abandon(executives, str(error))
+        _abandon(executives, error.headline)
     except Exception as error:  # noqa: BLE001 - whatever takes part may raise anything
-        _fail(executives, f"a callback failed: {cause_of(error)}")
+        _fail(executives, callback_failure(error))
     return True
 
 

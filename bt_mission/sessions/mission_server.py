@@ -254,7 +254,9 @@ class MissionServer(ValidClock, Node):
         )
         chosen = self.declare_parameter("on_new_goal", default, descriptor).value
         if chosen not in ON_NEW_GOAL:
-            raise BtMissionError(f"on_new_goal: expected {' or '.join(ON_NEW_GOAL)}, got {chosen}")
+            raise BtMissionError(
+                f"on_new_goal: expected {' or '.join(ON_NEW_GOAL)}, got {chosen}", code="BT-909"
+            )
         self._replaces = chosen == "replace"
 
     def _check(self, _goal: Any) -> GoalResponse:
@@ -357,7 +359,7 @@ class MissionServer(ValidClock, Node):
         """Raise BtMissionError if two robots would be taken for one."""
         why = duplicate_publishers(self) if self._refuses_duplicates else None
         if why is not None:
-            raise BtMissionError(why)
+            raise BtMissionError(why, code="BT-914")
 
     def _finish(self, run: ServedSession) -> None:
         executive = run.executive

@@ -61,16 +61,20 @@ class ServedMissions:
                 invalid seed.
         """
         if bool(goal.path) == bool(goal.text):
-            raise BtMissionError("expected either a path or a text in the goal")
+            raise BtMissionError("expected either a path or a text in the goal", code="BT-909")
         if goal.text and not self.allow_text:
-            raise BtMissionError(NO_TEXT)
+            raise BtMissionError(NO_TEXT, code="BT-909")
         if goal.seed < -1:
-            raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
+            raise BtMissionError(
+                f"seed: expected an integer from 0, or -1, got {goal.seed}", code="BT-909"
+            )
         values = dict[str, str]()
         for text in goal.inputs:
             name, equals, value = text.partition("=")
             if not name or not equals:
-                raise BtMissionError(f"inputs: expected NAME=VALUE, got {quoted(text)}")
+                raise BtMissionError(
+                    f"inputs: expected NAME=VALUE, got {quoted(text)}", code="BT-909"
+                )
             values[name] = value
         seed = None if goal.seed < 0 else int(goal.seed)
         if goal.text:
@@ -102,12 +106,13 @@ class ServedMissions:
                     return candidate
         if not self.folders:
             raise BtMissionError(
-                "no folder of missions is served; start `serve` with --missions DIR"
+                "no folder of missions is served; start `serve` with --missions DIR", code="BT-909"
             )
         where = "in the folders that are served"
         raise BtMissionError(
             f"{quoted(wanted)}: no such mission {where} (known: {listed(self.names())}); "
-            "start `serve` with --missions DIR to serve another folder"
+            "start `serve` with --missions DIR to serve another folder",
+            code="BT-110",
         )
 
     def names(self) -> list[str]:
@@ -125,6 +130,6 @@ def folders_to_serve(chosen: Sequence[Path]) -> tuple[Path, ...]:
     """
     absent = next((folder for folder in chosen if not folder.is_dir()), None)
     if absent is not None:
-        raise BtMissionError(f"--missions {absent}: no such folder")
+        raise BtMissionError(f"--missions {absent}: no such folder", code="BT-101")
     usual = (folder for folder in files.folders("missions") if folder.is_dir())
     return tuple(chosen) or tuple(usual)[:1]

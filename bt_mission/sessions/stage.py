@@ -18,7 +18,7 @@ from rclpy.node import Node
 from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
 from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
@@ -300,7 +300,7 @@ class Stage(Session):
                 f"{self._raised} callbacks failed, the last one with {cause_of(error)}"
             ) from error
         for run in self.runs:
-            run.executive.fail(f"a callback failed: {cause_of(error)}")
+            run.executive.fail(callback_failure(error))
 
     def inside(self) -> Iterator[ProcessNode]:
         """The nodes of the stage."""

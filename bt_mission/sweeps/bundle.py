@@ -86,7 +86,7 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
         text = _read(path)
         if files.setdefault(f"{MISSION_FOLDER}/{name}", text) != text:
             message = f"{path}: mission and scenario use different files named {name}; rename one"
-            raise BtMissionError(message)
+            raise BtMissionError(message, code="BT-208")
     known: dict[str, dict[str, str]] = {"worlds": {}, "robots": {}}
     wanted_worlds = {*worlds, *([mission.world] if mission.world else [])}
     for kind, wanted in (("worlds", wanted_worlds), ("robots", {*robots, mission.robot})):
@@ -123,7 +123,7 @@ def _read(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise BtMissionError(f"cannot read {path}: {error}") from error
+        raise BtMissionError(f"cannot read {path}: {error}", code="BT-101") from error
 
 
 @cache

@@ -206,7 +206,8 @@ def memory(text: str) -> str:
         amount = 0
     if amount < LEAST_MEMORY:
         raise BtMissionError(
-            f"--worker-memory: expected an amount such as 2GiB or 800MB, got '{text}'"
+            f"--worker-memory: expected an amount such as 2GiB or 800MB, got '{text}'",
+            code="BT-1101",
         )
     return text
 
@@ -277,7 +278,8 @@ async def _join(address: str) -> Client:
     except (OSError, ValueError, TypeError, TimeoutError, ImportError) as error:
         raise BtMissionError(
             f"no Dask scheduler answers at {address} ({line_of(error)}); start one with "
-            "`dask scheduler`"
+            "`dask scheduler`",
+            code="BT-712",
         ) from error
 
 
@@ -293,7 +295,8 @@ async def _refuse_other_scheduler(address: str) -> None:
         raise BtMissionError(
             f"the scheduler at {address} has "
             + ", ".join(f"{name} {there.get(name)} (here {here[name]})" for name in wrong)
-            + ": install the same versions on both"
+            + ": install the same versions on both",
+            code="BT-712",
         )
 
 
@@ -335,7 +338,7 @@ async def unfit_workers(client: Client) -> dict[str, str]:
         answers = await asyncio.wait_for(client.run(about_worker, on_error="return"), ANSWER_S)
     except TimeoutError:
         raise BtMissionError(
-            f"some of {len(threads)} workers have not answered in {ANSWER_S:g} s"
+            f"some of {len(threads)} workers have not answered in {ANSWER_S:g} s", code="BT-712"
         ) from None
     reasons = {name: why_unfit(answer, threads.get(name, 1)) for name, answer in answers.items()}
     return {name: why for name, why in reasons.items() if why}
@@ -377,7 +380,8 @@ def refusal(unfit: Mapping[str, str], total: int) -> BtMissionError:
     name, why = next(iter(unfit.items()))
     return BtMissionError(
         f"{len(unfit)} of {total} workers cannot take part, or traces would differ: {name} {why}; "
-        f"install the same everywhere: {versions_in_words()}"
+        f"install the same everywhere: {versions_in_words()}",
+        code="BT-712",
     )
 
 
@@ -580,7 +584,8 @@ class ScenarioPool:
         status = self._client.status
         if status != "running":
             raise BtMissionError(
-                f"the connection to the scheduler is {status}; finished results are saved"
+                f"the connection to the scheduler is {status}; finished results are saved",
+                code="BT-712",
             )
 
     # ---- workers -------------------------------------------------------------------------
@@ -593,7 +598,8 @@ class ScenarioPool:
             address = self._options.scheduler
             raise BtMissionError(
                 f"{address}: the scheduler has no workers; start some with "
-                f"`dask worker {address} --nthreads 1`"
+                f"`dask worker {address} --nthreads 1`",
+                code="BT-712",
             )
         unfit = await unfit_workers(self._client)
         if unfit:
@@ -615,7 +621,9 @@ class ScenarioPool:
         try:
             await self._client.register_plugin(plugin, self._name)
         except Exception as error:
-            raise BtMissionError(f"a worker cannot be set up: {line_of(error)}") from error
+            raise BtMissionError(
+                f"a worker cannot be set up: {line_of(error)}", code="BT-712"
+            ) from error
 
     async def _take_bundle_back(self) -> None:
         if self._options.scheduler is None or self._client.status != "running":

@@ -74,7 +74,9 @@ class SweepOrigin:
             return None if text is None else TypeAdapter(cls).validate_json(text)
         except ValidationError as error:
             what = "the files that the sweep was made from cannot be read"
-            raise BtMissionError(f"{store.folder}: {what}: {error.errors()[0]['msg']}") from None
+            raise BtMissionError(
+                f"{store.folder}: {what}: {error.errors()[0]['msg']}", code="BT-714"
+            ) from None
 
 
 def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin:
@@ -163,7 +165,7 @@ class Repeater:
         """
         folder, about = self._store.folder, self._about
         if self.origin is None:
-            raise BtMissionError(f"{folder}: contains no files of its mission")
+            raise BtMissionError(f"{folder}: contains no files of its mission", code="BT-714")
         bundle = self.origin.bundle
         try:
             scenario = concrete(
@@ -176,9 +178,11 @@ class Repeater:
                 plan=row.plan,
             )
         except KeyError as error:
-            raise BtMissionError(f"{folder}: contains no world or robot {error}") from None
+            raise BtMissionError(
+                f"{folder}: contains no world or robot {error}", code="BT-714"
+            ) from None
         if scenario.id != row.id:
-            raise BtMissionError(f"{folder}: the files of {row.id} have changed")
+            raise BtMissionError(f"{folder}: the files of {row.id} have changed", code="BT-714")
         bundle.write_to(within(folder, SCENARIOS))
         path = self._path(row)
         remarks = [f"Scenario {row.number} of a sweep: {parameters_as_text(row)}."]
@@ -209,7 +213,7 @@ def find_row(store: ResultStore, name: str) -> ScenarioRow:
         rows = list(store.rows("substr(id, 1, ?) = ?", len(name), name))
     if len(rows) != 1:
         how = "several scenarios begin" if rows else "no scenario is called so or begins"
-        raise BtMissionError(f"{store.folder}: {how} with '{name}'")
+        raise BtMissionError(f"{store.folder}: {how} with '{name}'", code="BT-714")
     return rows[0]
 
 

@@ -102,7 +102,8 @@ class ResultStore:
         store.close()
         raise BtMissionError(
             f"{folder}: contains results of a sweep; add --resume to continue it, or choose "
-            f"another folder with -o"
+            f"another folder with -o",
+            code="BT-714",
         )
 
     @classmethod
@@ -131,7 +132,9 @@ class ResultStore:
         """
         file = folder / FILE if folder.is_dir() else folder
         if not file.is_file():
-            raise BtMissionError(f"{folder}: contains no results of a sweep (no {FILE})")
+            raise BtMissionError(
+                f"{folder}: contains no results of a sweep (no {FILE})", code="BT-714"
+            )
         if folder.is_dir():
             _refuse_links(folder)
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
@@ -148,19 +151,23 @@ class ResultStore:
             _refuse_links(folder)
             lock = within(folder, LOCK).open("w")
         except OSError as error:
-            raise BtMissionError(f"cannot write {folder}: {error.strerror or error}") from error
+            raise BtMissionError(
+                f"cannot write {folder}: {error.strerror or error}", code="BT-1103"
+            ) from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             lock.close()
-            raise BtMissionError(f"{folder}: another sweep is writing its results there") from error
+            raise BtMissionError(
+                f"{folder}: another sweep is writing its results there", code="BT-714"
+            ) from error
         try:
             connection = sqlite3.connect(folder / FILE, isolation_level=None)
             connection.execute("PRAGMA journal_mode=WAL")
             connection.execute("PRAGMA synchronous=NORMAL")
         except sqlite3.Error as error:
             lock.close()
-            raise BtMissionError(f"{folder / FILE}: {error}") from error
+            raise BtMissionError(f"{folder / FILE}: {error}", code="BT-714") from error
         return cls(folder, connection, lock)
 
     @property
@@ -196,11 +203,15 @@ class ResultStore:
             version = self.value("format")
         except sqlite3.Error as error:
             self.close()
-            raise BtMissionError(f"{self.folder}: not results of a sweep ({error})") from error
+            raise BtMissionError(
+                f"{self.folder}: not results of a sweep ({error})", code="BT-714"
+            ) from error
         if version != str(FORMAT):
             self.close()
             got = "no version" if version is None else f"version {version}"
-            raise BtMissionError(f"{self.folder}: results of {got}; this bt-mission has {FORMAT}")
+            raise BtMissionError(
+                f"{self.folder}: results of {got}; this bt-mission has {FORMAT}", code="BT-714"
+            )
 
     # ---- rows ----------------------------------------------------------------------------
 
@@ -211,7 +222,7 @@ class ResultStore:
             return TypeAdapter(SweepAbout).validate_json(self.value("sweep") or "{}")
         except ValidationError:
             message = "the description of the sweep cannot be read"
-            raise BtMissionError(f"{self.folder / FILE}: {message}") from None
+            raise BtMissionError(f"{self.folder / FILE}: {message}", code="BT-714") from None
 
     def value(self, key: str) -> str | None:
         """Return a value beside the rows; None without one."""
@@ -258,9 +269,11 @@ class ResultStore:
                     yield row_of_columns(columns)
                 except ValueError as error:
                     row = f"row {columns['number']!r} (id {columns['id']!r})"
-                    raise BtMissionError(f"{self.folder / FILE}: {row}: {error}") from None
+                    raise BtMissionError(
+                        f"{self.folder / FILE}: {row}: {error}", code="BT-714"
+                    ) from None
         except sqlite3.DatabaseError as error:
-            raise BtMissionError(f"{self.folder / FILE}: {error}") from error
+            raise BtMissionError(f"{self.folder / FILE}: {error}", code="BT-714") from error
 
     # ---- ends ----------------------------------------------------------------------------
 
@@ -272,7 +285,9 @@ class ResultStore:
             with self._connection:  # commits, or rolls back
                 yield
         except sqlite3.Error as error:
-            raise BtMissionError(f"{self.folder / FILE}: cannot {what}: {error}") from error
+            raise BtMissionError(
+                f"{self.folder / FILE}: cannot {what}: {error}", code="BT-714"
+            ) from error
 
     def close(self) -> None:
         """Close the file, and let others write."""
@@ -303,7 +318,8 @@ def _refuse_other(folder: Path, then: SweepAbout, now: SweepAbout) -> None:
         differences = "; ".join(differing)
         raise BtMissionError(
             f"{folder}: contains results of another sweep ({differences}); choose another folder "
-            f"with -o"
+            f"with -o",
+            code="BT-714",
         )
 
 

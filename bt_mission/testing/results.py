@@ -159,13 +159,13 @@ class Results:
 
     def _run_again(self, run: Run, path: Path) -> list[str]:
         """Return what to type to run the same again, or why that cannot be."""
-        from bt_mission.scenarios.writer import CannotTellError, refuse_untellable
+        from bt_mission.scenarios.writer import NotExpressibleError, refuse_inexpressible
 
         suffix = path.stem.removeprefix("recording").removeprefix("trace")
         scenario = path.parent / f"scenario{suffix}.yaml"
         try:
-            refuse_untellable(run)
-        except CannotTellError as error:
+            refuse_inexpressible(run)
+        except NotExpressibleError as error:
             return [f"  no scenario was written: {error}"]
         return [f"bt-mission run {shlex.quote(os.path.relpath(scenario, self._here))}"]
 
@@ -179,11 +179,11 @@ def leave_scenario(run: Run, path: Path) -> None:
     Raises:
         OSError: Where that cannot be written.
     """
-    from bt_mission.scenarios.writer import CannotTellError, scenario_text
+    from bt_mission.scenarios.writer import NotExpressibleError, scenario_text
 
     try:
         text = scenario_text(run, path.parent.name, path.parent)
-    except CannotTellError:
+    except NotExpressibleError:
         return
     path.write_text(text, encoding="utf-8")
 

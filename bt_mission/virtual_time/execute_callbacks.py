@@ -72,7 +72,9 @@ class ExecuteCallbacks:
                 return result
             got = "nothing" if result is None else describe(result)
             named = _named(callback, actions_of(server), server._node)
-            wrong = BtMissionError(f"{named} returned {got}, expected {expected.__name__}.Result")
+            wrong = BtMissionError(
+                f"{named} returned {got}, expected {expected.__name__}.Result", code="BT-903"
+            )
             return expected.Result()
 
         await execute_goal(result_of, goal)

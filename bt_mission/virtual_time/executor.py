@@ -214,7 +214,8 @@ class VirtualTimeExecutor(Spinning):
                 if timer.clock is not node.get_clock():
                     raise BtMissionError(
                         f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
-                        "cannot run in virtual time; create it with the clock of its node"
+                        "cannot run in virtual time; create it with the clock of its node",
+                        code="BT-903",
                     )
         self.clocks.keep(nodes)
         entities = Entities(nodes, self._context, self.arrivals)

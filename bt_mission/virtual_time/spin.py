@@ -23,12 +23,16 @@ class TimeStuckError(BtMissionError):
 class NothingDueError(BtMissionError):
     """There is neither a timer nor a world that could move time."""
 
+    code = "BT-903"
+
     def __init__(self) -> None:
         super().__init__("virtual time cannot move: no timer is set, and no world exists")
 
 
 class NestedStepError(BtMissionError):
     """A callback waits for time to move, which waits for the callback to end."""
+
+    code = "BT-903"
 
     def __init__(self) -> None:
         super().__init__(

@@ -92,6 +92,8 @@ def _compile(world: World, entrants: Sequence[RobotSpawn], props: int) -> mujoco
 class UnstableError(BtMissionError):
     """Forces have grown beyond what a step of the physics can follow."""
 
+    code = "BT-809"
+
 
 class Movers:
     """Moves every moving obstacle: its place is a function of time alone.

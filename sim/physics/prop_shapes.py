@@ -15,6 +15,8 @@ MOST = 64
 class PropError(BtMissionError):
     """A prop that cannot be placed, or cannot move as requested."""
 
+    code = "BT-807"
+
 
 def check_count(count: int) -> None:
     """Raise PropError for a number of props that cannot be."""

@@ -39,6 +39,8 @@ _FAREWELL_S = 0.3
 class SpeedError(BtMissionError):
     """A speed at which nothing useful can be paced."""
 
+    code = "BT-808"
+
 
 def check_speed(speed: float) -> None:
     """Raise SpeedError for a speed that is not between SLOWEST and FASTEST."""

@@ -31,6 +31,8 @@ _REPETITION = re.compile(r"\+|\{([^}]*)")
 class PatternError(BtMissionError):
     """A pattern that is invalid, or refused."""
 
+    code = "BT-808"
+
 
 def matching(pattern: str, names: Iterable[str]) -> list[str]:
     """Return the names that a pattern is found in. Raises PatternError.

@@ -69,6 +69,8 @@ class RefusedError(BtMissionError):
         text: Why, and what to do.
     """
 
+    code = "BT-808"
+
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
         self.result_code = int(code)

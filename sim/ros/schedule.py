@@ -13,6 +13,8 @@ from sim.physics.names import STEP_NS
 class RateError(BtMissionError):
     """A sensor's rate does not fit the steps of the physics."""
 
+    code = "BT-804"
+
 
 _NEVER = 2**62
 """Nanoseconds: 146 years."""

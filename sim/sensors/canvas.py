@@ -22,6 +22,8 @@ Image = npt.NDArray[np.uint8]
 class NoCameraError(BtMissionError):
     """No picture can be drawn on this machine."""
 
+    code = "BT-810"
+
 
 class Canvas:
     """Draws a model from any point of view: 8-bit RGB, `height` x `width` x 3, top row first.

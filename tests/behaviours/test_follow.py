@@ -161,7 +161,7 @@ def test_a_topic_that_is_never_published_fails_the_mission(play: Any) -> None:
     assert run.status == "failure"
     assert run.executive.reason == (
         "<text>:2:9: 'battery' has no value after 5 s: no message of /battery yet, it has no "
-        "publisher; start its publisher, or give it an 'initial' value"
+        "publisher; start its publisher, or give it an 'initial' value [BT-913]"
     )
 
 
@@ -216,7 +216,7 @@ def test_an_old_value_is_none(play: Any) -> None:
     assert run.status == "failure"
     assert run.executive.reason == (
         "<text>:4:3: 'charged' cannot start: 'battery' has no value: no message of "
-        "/battery for 1 s (column 1)"
+        "/battery for 1 s (column 1) [BT-410]"
     )
 
 

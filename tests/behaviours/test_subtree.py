@@ -61,7 +61,7 @@ def test_a_tree_is_given_what_it_wants_or_the_mission_ends(play: Any) -> None:
     run.tick(2)
     assert run.status == "failure"
     assert run.executive.reason == (
-        "<text>:19:7: 'visit' cannot start: 'place': expected a number, got true"
+        "<text>:19:7: 'visit' cannot start: 'place': expected a number, got true [BT-913]"
     )
 
 

@@ -166,7 +166,7 @@ def test_a_page_that_is_listed_and_not_there_is_an_error(docs: CommandLine) -> N
     share = docs.folder / "share" / "bt_mission" / "docs"
     (share / "tutorials" / "first.md").unlink()
     assert docs.refused("docs first") == (
-        f"cannot read {share / 'tutorials' / 'first.md'}: No such file or directory\n"
+        f"cannot read {share / 'tutorials' / 'first.md'}: No such file or directory [BT-101]\n"
     )
 
 
@@ -175,7 +175,7 @@ def test_without_pages_the_installation_is_doubted(
 ) -> None:
     """A folder of the same name beside the package is not taken for them."""
     monkeypatch.setattr("bt_mission.cli.pages.docs_folder", lambda: None)
-    assert cli.refused("docs") == "no pages found: is the installation complete?\n"
+    assert cli.refused("docs") == "no pages found: is the installation complete? [BT-101]\n"
 
 
 PROGRAM = """\

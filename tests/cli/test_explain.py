@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from bt_mission.core.error_catalogue import GROUPS, PROMPT, CatalogueEntry, catalogue
+from sim.views.window import DISPLAYS
 from tests.support.command_line import CommandLine
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -16,13 +22,20 @@ ENTRIES = list(catalogue().values())
 FILES = [entry for entry in ENTRIES if entry.wrong and not entry.is_command]
 CALLS = [entry for entry in ENTRIES if entry.is_command]
 WITHOUT_EXAMPLE = {
-    *("BT-410", "BT-510", "BT-511"),  # of a run, of a graph, of a machine without ROS
-    *("BT-804", "BT-806"),  # of whole files of robots and parameters
-    *("BT-901", "BT-902", "BT-903", "BT-904", "BT-905", "BT-906", "BT-907", "BT-908"),
-    *("BT-1003", "BT-1004"),
+    *("BT-902", "BT-904"),  # of a middleware that is not installed, of tests in Python
+    *("BT-711", "BT-713", "BT-807", "BT-809", "BT-810"),
+    *("BT-908", "BT-909", "BT-912", "BT-914", "BT-915", "BT-916"),  # of other processes of a graph
+    "BT-1104",  # of a terminal
     *("BT-1301", "BT-1302", "BT-1303"),  # of the page of the editor
 }
 """Codes whose examples would be longer than an explanation; tests of their rooms raise them."""
+
+
+WARNINGS = {"BT-511"}
+"""Codes of warnings, with which a command succeeds."""
+
+TAKE_A_CODE = {"ExpressionError", "HintedError", "InputError"}
+"""Errors whose first argument is a code, or whose diagnostics have codes."""
 
 
 def write(folder: Path, entry: CatalogueEntry, content: str) -> None:
@@ -50,15 +63,96 @@ def test_an_example_has_its_mistake_and_no_other(cli: CommandLine, entry: Catalo
     assert checked(cli, entry, entry.right) == []
 
 
+def without_ros(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make the import of ROS types fail."""
+    monkeypatch.setitem(sys.modules, "bt_mission.ros.interface_types", None)
+
+
+def without_web(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the command need a package that is not installed."""
+    monkeypatch.setattr("bt_mission.cli.web.NEEDED", ("absent_package",))
+
+
+def without_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Remove the variables that name a display."""
+    for name in DISPLAYS:
+        monkeypatch.delenv(name, raising=False)
+
+
+MACHINES: dict[str, Callable[[pytest.MonkeyPatch], None]] = {
+    "BT-511": without_ros,
+    "BT-905": without_web,
+    "BT-907": without_display,
+}
+"""The state of the machine on which the command of a code is wrong."""
+
+
+def call_all(cli: CommandLine, example: str) -> int:
+    """Run the commands of an example, as a shell does; return the exit code of the last."""
+    code = 0
+    for line in example.strip().splitlines():
+        words = shlex.split(line.removeprefix(PROMPT))
+        with pytest.MonkeyPatch.context() as environment:
+            while "=" in words[0]:
+                environment.setenv(*words.pop(0).split("=", 1))
+            if words[0] == "bt-mission":
+                code = cli.call(shlex.join(words[1:]))
+            else:
+                code = subprocess.run(words, cwd=cli.folder, check=True).returncode
+    return code
+
+
 @pytest.mark.parametrize("entry", CALLS, ids=lambda entry: entry.code)
 def test_a_command_is_refused_with_its_code(cli: CommandLine, entry: CatalogueEntry) -> None:
     """The corrected command succeeds."""
     for name, text in entry.beside.items():
         (cli.folder / name).write_text(text, encoding="utf-8")
-    program = f"{PROMPT}bt-mission "
-    assert cli.call(entry.wrong.strip().removeprefix(program)) in (1, 2)
-    assert f"[{entry.code}]" in cli.out + cli.err
-    assert cli.call(entry.right.strip().removeprefix(program)) == 0, cli.err
+    with pytest.MonkeyPatch.context() as machine:
+        MACHINES.get(entry.code, lambda _: None)(machine)
+        code = call_all(cli, entry.wrong)
+    assert f"[{entry.code}]" in cli.out + cli.err, cli.out + cli.err
+    assert code or entry.code in WARNINGS
+    assert call_all(cli, entry.right) == 0, cli.err
+
+
+def uncoded_errors(text: str) -> list[str]:
+    """Return the errors of a text without a code: classes, and direct uses of the root class."""
+    tree, root = ast.parse(text), "BtMissionError"
+    classes = [
+        node.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+        and root in map(ast.unparse, node.bases)
+        and not any(
+            isinstance(line, ast.Assign) and ast.unparse(line.targets[0]) == "code"
+            for line in node.body
+        )
+    ]
+    calls = [
+        ast.unparse(node)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and ast.unparse(node.func) == root
+        and not any(keyword.arg == "code" for keyword in node.keywords)
+    ]
+    return sorted({*classes, *calls} - TAKE_A_CODE)
+
+
+def test_every_error_has_a_code() -> None:
+    """An error of a class without a code gets one where it is raised."""
+    uncoded = {
+        path.relative_to(ROOT).as_posix(): errors
+        for package in ("bt_mission", "action_servers", "sim")
+        for path in sorted((ROOT / package).rglob("*.py"))
+        if (errors := uncoded_errors(path.read_text(encoding="utf-8")))
+    }
+    assert uncoded == {}
+
+
+def test_an_error_without_a_code_is_found() -> None:
+    """Both forms are found."""
+    text = "class LateError(BtMissionError):\n    pass\nraise BtMissionError('late')\n"
+    assert uncoded_errors(text) == ["BtMissionError('late')", "LateError"]
 
 
 def test_every_code_of_the_sources_is_in_the_catalogue_and_none_is_unused() -> None:

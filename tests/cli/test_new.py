@@ -155,12 +155,17 @@ def test_inside_of_a_project_it_asks_first(
     """Also in a folder below it; `--yes` answers."""
     monkeypatch.chdir(project / "missions")
     expected = f"'other' is inside the project {project}"
-    assert cli.refused("new other") == f"{expected}; change to another folder, or add --yes\n"
+    assert (
+        cli.refused("new other")
+        == f"{expected}; change to another folder, or add --yes [BT-1104]\n"
+    )
     answers = io.StringIO("\ny\n")
     monkeypatch.setattr(answers, "isatty", lambda: True)
     monkeypatch.setattr("sys.stdin", answers)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    expected = f"inside the project {project}. Create it there? [y/N] nothing was created\n"
+    expected = (
+        f"inside the project {project}. Create it there? [y/N] nothing was created [BT-1104]\n"
+    )
     assert cli.refused("new other").endswith(expected)
     assert not Path("other").exists()
     cli("new other")

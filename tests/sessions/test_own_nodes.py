@@ -399,7 +399,7 @@ def test_an_execute_callback_without_a_result_ends_the_mission(
     assert (report.status, report.goals_left_behind) == ("failure", 0)
     assert report.reason == (
         "a callback failed: Server.compute() (server.py:10), for '/fib' of node '/numbers', "
-        f"returned {words}, expected Fibonacci.Result"
+        f"returned {words}, expected Fibonacci.Result [BT-903]"
     )
 
 

@@ -57,6 +57,8 @@ class Field:
 class NoDefinitionError(BtMissionError):
     """The files of a type are not installed here."""
 
+    code = "BT-501"
+
 
 def share_folders() -> list[Path]:
     """Return the folders of interface packages, in order of precedence.

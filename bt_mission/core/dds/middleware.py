@@ -49,7 +49,9 @@ def refuse_absent_middleware() -> None:
     """
     domain = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdecimal() or int(domain) > LAST_DOMAIN:
-        raise BtMissionError(f"ROS_DOMAIN_ID: expected 0 to {LAST_DOMAIN}, got '{domain}'")
+        raise BtMissionError(
+            f"ROS_DOMAIN_ID: expected 0 to {LAST_DOMAIN}, got '{domain}'", code="BT-911"
+        )
     name = os.environ.get("RMW_IMPLEMENTATION")
     if not name:
         return
@@ -57,5 +59,6 @@ def refuse_absent_middleware() -> None:
         ctypes.CDLL(f"lib{name}.so")
     except OSError as error:
         raise BtMissionError(
-            f"RMW_IMPLEMENTATION={name} cannot be loaded ({error}); unset it, or install {name}"
+            f"RMW_IMPLEMENTATION={name} cannot be loaded ({error}); unset it, or install {name}",
+            code="BT-911",
         ) from error

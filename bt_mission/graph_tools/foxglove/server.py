@@ -165,7 +165,7 @@ class FoxgloveServer(Onlooker):
 
     def _serve(self, topic: str, types: Sequence[str], offers: list[QoSProfile]) -> _ServedTopic:
         if len(types) > 1:
-            raise BtMissionError(f"it has several types: {listed(sorted(types))}")
+            raise BtMissionError(f"it has several types: {listed(sorted(types))}", code="BT-912")
         message_class = topic_type(types[0])
         name, definition = with_plain_names(types[0], definition_of(types[0]))
         words = {

@@ -146,7 +146,8 @@ def in_unit(unit: str) -> BeforeValidator:
 def condition(value: Any, example: str = "current_image >= 5") -> Expression:
     """Return the expression of a condition on a message, its quantities as they are."""
     if not isinstance(value, str):
-        raise refusal(f"expected a condition such as '{example}', got {describe(value)}")
+        message = f"expected a condition such as '{example}', got {describe(value)}"
+        raise refusal(message, code="BT-313")
     return parsed(Expression, value, unit=None)
 
 
@@ -171,7 +172,7 @@ def one_name(value: Any) -> Any:
     """Return a mapping that has one name in it."""
     if not isinstance(value, dict) or len(value) != 1:
         what = "one variable and a list, such as 'place: [1, 2]'"
-        raise refusal(f"expected {what}, got {describe(value)}")
+        raise refusal(f"expected {what}, got {describe(value)}", code="BT-207")
     return value
 
 
@@ -181,7 +182,7 @@ def tree_use(value: Any) -> Any:
         return {"name": value}
     if not isinstance(value, dict):
         example = "the name of a tree, or 'name' and 'inputs'"
-        raise refusal(f"expected {example}, got {describe(value)}")
+        raise refusal(f"expected {example}, got {describe(value)}", code="BT-207")
     return value
 
 
@@ -190,7 +191,8 @@ def elements(value: Any) -> Any:
     if isinstance(value, str):
         return parsed(Expression, value)
     if not isinstance(value, list):
-        raise refusal(f"expected a list, or an expression that gives one, got {describe(value)}")
+        message = f"expected a list, or an expression that gives one, got {describe(value)}"
+        raise refusal(message, code="BT-313")
     return plain(value)
 
 
@@ -220,7 +222,7 @@ def printable(line: str) -> str:
     for index, character in enumerate(line):
         if not character.isprintable():
             message = f"expected characters that can be shown, got {character!a}"
-            raise refusal(message, offset=index)
+            raise refusal(message, offset=index, code="BT-311")
     return line
 
 
@@ -228,7 +230,9 @@ def variable(name: Any) -> str:
     """Return the name of a variable."""
     found = _variable_name(name)
     if found in RESERVED:
-        raise refusal(f"'{found}' is a keyword of expressions, so it cannot be a variable")
+        raise refusal(
+            f"'{found}' is a keyword of expressions, so it cannot be a variable", code="BT-312"
+        )
     return found
 
 
@@ -273,7 +277,7 @@ def place(value: Any) -> Any:
         named = dict(zip(axes, value, strict=False))
     if named is None or not {"x", "y"} <= named.keys() <= axes.keys():
         expected = "a place such as [x m, y m, yaw deg] or {x: 1.0, y: 0.5, yaw: 90}"
-        raise refusal(f"expected {expected}, got {describe(value)}")
+        raise refusal(f"expected {expected}, got {describe(value)}", code="BT-314")
     return tuple(_coordinate(named.get(name, 0.0), unit) for name, unit in axes.items())
 
 
@@ -281,7 +285,7 @@ def _coordinate(value: Any, unit: str) -> float:
     if isinstance(value, str) and is_quantity(value):
         value = parsed(Expression, value, unit=unit).evaluate({}, random.Random(0))
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise refusal(f"expected a number, in {unit}, got {describe(value)}")
+        raise refusal(f"expected a number, in {unit}, got {describe(value)}", code="BT-314")
     return float(value)
 
 
@@ -306,7 +310,8 @@ def message_field(value: Any) -> str:
     """Return the dotted name of a field of a message."""
     if isinstance(value, str) and _FIELD.fullmatch(value.partition("[")[0]) and "[" in value:
         hint = "follow the list, and write the index where the variable is read: NAME[0]"
-        raise refusal(f"expected the name of a field, got {describe(value)}", hint)
+        message = f"expected the name of a field, got {describe(value)}"
+        raise refusal(message, hint, code="BT-307")
     return _message_field(value)
 
 

@@ -36,13 +36,15 @@ EXAMPLE = "always clearance > 0.1"
 
 def _formula(value: Any) -> Formula:
     if not isinstance(value, str):
-        raise refusal(f"expected a requirement such as '{EXAMPLE}', got {describe(value)}")
+        message = f"expected a requirement such as '{EXAMPLE}', got {describe(value)}"
+        raise refusal(message, code="BT-601")
     return parsed(Formula, value)
 
 
 def _clause(value: Any) -> Clause:
     if not isinstance(value, str):
-        raise refusal(f"expected a condition such as 'speed < 0.01', got {describe(value)}")
+        message = f"expected a condition such as 'speed < 0.01', got {describe(value)}"
+        raise refusal(message, code="BT-601")
     return parsed(Clause, value)
 
 
@@ -101,7 +103,8 @@ class RequirementForm(Written):
 
 def _known_form(value: Any) -> Any:
     if not isinstance(value, str | Mapping | Formula | RequirementForm):
-        raise refusal(f"expected a requirement such as '{EXAMPLE}', got {describe(value)}")
+        message = f"expected a requirement such as '{EXAMPLE}', got {describe(value)}"
+        raise refusal(message, code="BT-601")
     return value
 
 

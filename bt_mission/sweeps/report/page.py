@@ -75,7 +75,7 @@ def plotly_script() -> str:
     try:
         script = (package_files("plotly") / "package_data/plotly.min.js").read_text("utf-8")
     except (ModuleNotFoundError, FileNotFoundError) as error:
-        raise BtMissionError(INSTALL) from error
+        raise BtMissionError(INSTALL, code="BT-905") from error
     return script.replace("</script", "<\\/script")
 
 
@@ -243,7 +243,9 @@ class SweepPage:
             try:
                 record.add(text, runs)
             except ValueError as error:
-                raise BtMissionError(f"{self._store.folder}: column 'coverage': {error}") from error
+                raise BtMissionError(
+                    f"{self._store.folder}: column 'coverage': {error}", code="BT-714"
+                ) from error
         total = sum(bitmaps.values())
 
         def share(runs: int) -> str:

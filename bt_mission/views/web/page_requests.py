@@ -35,6 +35,8 @@ QUESTIONS: Mapping[str, str] = {
 class PageRequestError(BtMissionError):
     """A message that is not a request of our page."""
 
+    code = "BT-916"
+
 
 @dataclass(frozen=True)
 class PageRequest:
