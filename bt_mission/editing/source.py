@@ -28,8 +28,7 @@ _TREE_ORDER = tuple(TreeDefinition.model_fields)
 class PatchError(BtMissionError):
     """An act that is not possible at its place."""
 
-    def __init__(self, message: str) -> None:
-        super().__init__(message, code="BT-1301")
+    code = "BT-1301"
 
 
 @dataclass(frozen=True)
