@@ -9,7 +9,7 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.evaluator import MessageFields, values_read
+from bt_mission.behaviours.evaluator import Evaluator, MessageFields, values_read
 from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.runtime import (
     LatestMessage,
@@ -50,8 +50,12 @@ class ServiceLeaf(ClientLeaf):
     _answer_s: float
     _request: Any
     _since_ns: int
-    _answers: list[Any]
     _forget: Callable[[], None] | None = None
+
+    def __init__(self, node: Any, values: Evaluator) -> None:
+        super().__init__(node, values)
+        self.answers: list[Any] = []
+        """The responses to its newest call."""
 
     def _connected(self, name: str, type_name: str) -> ServiceClient:
         return self._runtime.service_client(name, type_name)
@@ -65,13 +69,13 @@ class ServiceLeaf(ClientLeaf):
         with self._values.starting():
             self._request = self._client.prepare(self._values.resolve(self._node.sent))
         self._answer_s = self._values.number(self._node.timeout, LIMIT)
-        self._answers, self._forget = [], None
+        self.answers, self._forget = [], None
         self._since_ns = self._runtime.now_ns
 
     @property
     def due_ns(self) -> int | None:
         """The instant at which a wait for the server, or for its answer, is over; else None."""
-        if self._forget is not None and self._answers:
+        if self._forget is not None and self.answers:
             return None
         limit_s = self._node.server_timeout if self._forget is None else self._answer_s
         return self._since_ns + math.ceil(limit_s * NS)
@@ -82,20 +86,20 @@ class ServiceLeaf(ClientLeaf):
         if self._forget is None:
             if self._client.is_ready():
                 self._since_ns = self._runtime.now_ns
-                self._forget = self._client.call(self._request, self._answers.append)
+                self._forget = self._client.call(self._request, self.answers.append)
                 return self._running("waiting for the answer")
             if waited_s >= self._node.server_timeout:
                 return self._fail(f"no server after {self._node.server_timeout:g} s")
             return self._running("waiting for the server")
-        if self._answers:
-            return self._read(self._answers[0])
+        if self.answers:
+            return self._read(self.answers[0])
         if waited_s >= self._answer_s:
             return self._fail(f"no answer within {self._answer_s:g} s")
         return self._running("waiting for the answer")
 
     def terminate(self, new_status: Status) -> None:
         """Drop a call that is not answered."""
-        if self._forget is not None and not self._answers:
+        if self._forget is not None and not self.answers:
             self._forget()
             self._forget = None
         if new_status is Status.INVALID and self.status is Status.RUNNING:

@@ -176,15 +176,20 @@ class FollowedVariables:
                     entry.forget()
 
     @property
-    def due_ns(self) -> int | None:
-        """The next instant at which a message is too old, or a first one takes too long."""
+    def limits_due(self) -> list[tuple[FollowedVariable, int]]:
+        """The instants at which a message is too old, or a first one takes too long."""
         instants = [
-            due_ns for variable in self.variables if (due_ns := variable.due_ns) is not None
+            (variable, due_ns)
+            for variable in self.variables
+            if (due_ns := variable.due_ns) is not None
         ]
         if self._since_ns is not None:
-            limits_s = [entry.limit_s for entry in self._awaited if entry.why_missing]
-            instants += [self._since_ns + math.ceil(limit_s * NS) for limit_s in limits_s]
-        return min(instants, default=None)
+            instants += [
+                (entry, self._since_ns + math.ceil(entry.limit_s * NS))
+                for entry in self._awaited
+                if entry.why_missing
+            ]
+        return instants
 
     def update(self) -> None:
         """Update all variables. Their values last until the next call.

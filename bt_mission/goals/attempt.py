@@ -22,9 +22,6 @@ from bt_mission.goals.outcome import AttemptResult, Outcome
 REJECTED = "goal rejected: "
 """With which our own servers log a rejection."""
 
-SERVER_CHECK_NS = NS // 4
-"""The server of a goal under way is looked up in the graph at this interval."""
-
 
 @dataclass(frozen=True)
 class Limits:
@@ -145,13 +142,16 @@ class Attempt:
 
     @property
     def limits_due(self) -> Mapping[str, int]:
-        """The instants at which the limits under way are over, by the name of the limit."""
+        """The instants at which the limits under way are over, by the name of the limit.
+
+        The wait for a server does not end while the ledger is held.
+        """
         limits, goal = self._limits, self.goal
         if self.is_decided:
             return {}
         running: dict[str, tuple[int | None, float | None]]
         if goal is None:
-            running = {} if self._ledger.why_held else {"server": (self._since_ns, limits.server)}
+            running = {"server": (self._since_ns, limits.server)}
         elif goal.phase is Phase.SENT:
             running = {"answer": (self._since_ns, limits.answer)}
         elif self._cause is None:
@@ -243,7 +243,7 @@ class Attempt:
     def _server_is_gone(self, now_ns: int) -> bool:
         if now_ns < self._next_server_check_ns:
             return False
-        self._next_server_check_ns = now_ns + SERVER_CHECK_NS
+        self._next_server_check_ns = now_ns + self._ledger.server_check_ns
         return not self._ledger.is_there(self._goal_client, now_ns)
 
     def _next_due_ns(self, accepted_ns: int) -> int:

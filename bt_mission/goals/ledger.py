@@ -15,6 +15,9 @@ from bt_mission.goals.goal import Event, Goal, GoalClient, Phase
 RETRY_NS = 1_000_000_000
 """The delay before a cancel request that is refused or not answered is repeated."""
 
+SERVER_CHECK_NS = 250_000_000
+"""The server of a goal under way is looked up in the graph at this interval."""
+
 FOUND_GRACE_NS = 10_000_000_000
 """The grace period of a goal of another process, whose server has only just been discovered."""
 
@@ -34,6 +37,8 @@ class Ledger:
             unless its sender sets another.
         on_event: Called for every goal that is sent, released, given up or ended; the text is empty
             if only the phase has changed.
+        retry_ns: The delay before a cancel request without an effect is repeated, ns.
+        server_check_ns: The interval at which an attempt looks for the server of its goal, ns.
     """
 
     def __init__(
@@ -41,9 +46,14 @@ class Ledger:
         seed: int | str,
         grace_ns: int,
         on_event: GoalListener = lambda *_: None,
+        *,
+        retry_ns: int = RETRY_NS,
+        server_check_ns: int = SERVER_CHECK_NS,
     ) -> None:
         self._seed = seed
         self._grace_ns = grace_ns
+        self._delay_ns = retry_ns
+        self.server_check_ns = server_check_ns
         self.on_event = on_event
         self._open: dict[bytes, Goal] = {}
         self._retry_ns: dict[bytes, int] = {}
@@ -126,7 +136,7 @@ class Ledger:
         goal = Goal(goal_id, goal_client, owner, FOUND_GRACE_NS, phase=Phase.LOST, sent_ns=now_ns)
         goal.orphaned_ns = now_ns
         self._open[goal.id] = goal
-        self._retry_ns[goal.id] = now_ns + RETRY_NS
+        self._retry_ns[goal.id] = now_ns + self._delay_ns
         self._report(now_ns, "found again", goal)
         goal_client.recover_goal(goal)
         goal.on(Event.ACCEPTED)
@@ -137,7 +147,7 @@ class Ledger:
         if not goal.is_live or goal.orphaned_ns is not None:
             return
         goal.orphaned_ns = now_ns
-        self._retry_ns[goal.id] = now_ns + RETRY_NS
+        self._retry_ns[goal.id] = now_ns + self._delay_ns
         self._report(now_ns, "released", goal)
         goal.on(Event.UNWANTED)
 
@@ -154,13 +164,16 @@ class Ledger:
         return seen[1]
 
     @property
-    def limits_due(self) -> tuple[int, ...]:
-        """The instants at which it repeats cancels and gives goals up."""
+    def limits_due(self) -> tuple[tuple[tuple[str, bytes], int], ...]:
+        """What it does with a goal, the goal's UUID, and the instant: it gives up, or repeats."""
         return tuple(
-            due_ns
+            ((name, goal.id), due_ns)
             for goal in self._open.values()
             if goal.is_live and goal.orphaned_ns is not None and goal.id not in self._given_up
-            for due_ns in (goal.orphaned_ns + goal.grace_ns, self._retry_ns[goal.id])
+            for name, due_ns in (
+                ("give up", goal.orphaned_ns + goal.grace_ns),
+                ("repeat", self._retry_ns[goal.id]),
+            )
         )
 
     def has_given_up(self, goal: Goal) -> bool:
@@ -183,13 +196,13 @@ class Ledger:
                 # now.
                 self._given_up.discard(goal.id)
                 goal.orphaned_ns = now_ns
-                self._retry_ns[goal.id] = now_ns + RETRY_NS
+                self._retry_ns[goal.id] = now_ns + self._delay_ns
             elif now_ns >= goal.orphaned_ns + goal.grace_ns:
                 self._given_up.add(goal.id)
                 goal.on(Event.GIVEN_UP)
                 self._report(now_ns, "abandoned", goal)
             elif now_ns >= self._retry_ns[goal.id]:
-                self._retry_ns[goal.id] = now_ns + RETRY_NS
+                self._retry_ns[goal.id] = now_ns + self._delay_ns
                 goal.on(Event.UNWANTED)
         for goal in self._open.values():
             if goal.phase is not goal.reported:

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.listeners import Stream
 from bt_mission.core.stamps import NS
-from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus, Phase
-from bt_mission.goals.ledger import Ledger
+from bt_mission.goals.ledger import SERVER_CHECK_NS, Ledger
 from bt_mission.graph_tools.goal_events import (
     CancelRefused,
     CancelRequested,

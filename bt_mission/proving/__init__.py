@@ -7,9 +7,11 @@ from one limit to the next.
 - ``choices``: one way through what may happen, and the other ways
 - ``values``: the values of messages that conditions can tell apart
 - ``answers``: the answers, as rows, and which of them are considered
+- ``limits``: the limits that are running in a state
 - ``goal_servers``, ``clients``: what the leaves talk to
 - ``environment``: the mission with these clients; one step, and the key of the state after it
 - ``memento``: the state of the real objects, taken and put back
+- ``known_steps``: what steps do, so that no step is taken twice
 - ``explorer``: all states, breadth first
 - ``claims``: what is proved of the states
 - ``proof``: the result and the findings, as text and as JSON

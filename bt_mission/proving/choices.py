@@ -26,10 +26,41 @@ class Option(NamedTuple):
 
 NOTHING = Option("")
 
-_NONE: tuple[int, ...] = ()
+NEVER = math.inf
+"""The faults of what never happens."""
 
 Script = tuple[int, ...]
 """The options taken, in the order in which they were offered."""
+
+
+class Chosen(NamedTuple):
+    """An option that was taken.
+
+    Attributes:
+        costs: The faults of each option that there was.
+        taken: The index of the one that was taken; -1 where each is a fault too many.
+    """
+
+    costs: tuple[int, ...]
+    taken: int
+
+
+class Met(NamedTuple):
+    """Time that has passed up to the next tick.
+
+    Attributes:
+        limits: Those that were running before the step and still are, by their index.
+        are_over: Of each of them.
+        faults: What it costs.
+    """
+
+    limits: tuple[int, ...]
+    are_over: tuple[bool, ...]
+    faults: float
+
+
+Turn = Chosen | Met
+"""A place at which a step depends on more than the state without its times."""
 
 
 class OutOfFaultsError(Exception):
@@ -47,14 +78,17 @@ class Choices:
         self.faults_left = faults_left
         self.words: list[str] = []
         """What has happened since :meth:`begin`."""
+        self.trail: list[Turn] = []
+        """What the way since :meth:`begin` depends on, in its order."""
         self._script: Script = ()
         self._taken: list[int] = []
-        self._allowed: list[tuple[int, ...]] = []
+        self._allowed: list[Sequence[int]] = []
         """The options that were allowed at each place behind the script."""
 
     def begin(self, script: Script) -> None:
         """Follow a script from now on."""
         self._script, self._taken, self._allowed, self.words = script, [], [], []
+        self.trail = []
 
     @property
     def taken(self) -> Script:
@@ -67,17 +101,17 @@ class Choices:
         Raises:
             OutOfFaultsError: When each is a fault too many.
         """
-        position, allowed = len(self._taken), _NONE
+        position = len(self._taken)
+        allowed: Sequence[int] = ()
+        costs = tuple([option.faults for option in options])
         if position < len(self._script):
             index = self._script[position]
         else:
-            left = self.faults_left
-            allowed = tuple(
-                [index for index, option in enumerate(options) if option.faults <= left]
-            )
-            if not allowed:
-                raise OutOfFaultsError
-            index = allowed[0]
+            allowed = affordable(costs, self.faults_left)
+            index = allowed[0] if allowed else -1
+        self.trail.append(Chosen(costs, index))
+        if index < 0:
+            raise OutOfFaultsError
         self._taken.append(index)
         self._allowed.append(allowed)
         self.pay(options[index].faults)
@@ -85,15 +119,40 @@ class Choices:
             self.words.append(options[index].words)
         return index
 
-    def pay(self, faults: int) -> None:
-        """Count faults that nobody chose. Raises OutOfFaultsError when they are too many."""
-        if faults > self.faults_left:
+    def meet(self, limits: tuple[int, ...], are_over: tuple[bool, ...], faults: float) -> None:
+        """Note which limits are over, and count their faults.
+
+        Raises:
+            OutOfFaultsError: When they are too many, or a server is late that never is.
+        """
+        self.trail.append(Met(limits, are_over, faults))
+        self.pay(faults)
+
+    def pay(self, faults: float) -> None:
+        """Count faults. Raises OutOfFaultsError when they are too many, or infinite."""
+        if faults > self.faults_left or faults == NEVER:
             raise OutOfFaultsError
         self.faults_left -= faults
 
     def others(self) -> Iterator[Script]:
         """Yield the scripts that leave this one behind the end of its given part."""
-        for position in range(len(self._script), len(self._taken)):
-            for index in self._allowed[position]:
-                if index != self._taken[position]:
-                    yield (*self._taken[:position], index)
+        return leaving(self._taken, self._allowed, len(self._script))
+
+
+def affordable(costs: Sequence[int], faults_left: float) -> list[int]:
+    """Return the options that are within the bound on faults."""
+    return [index for index, cost in enumerate(costs) if cost <= faults_left]
+
+
+def leaving(taken: Sequence[int], allowed: Sequence[Sequence[int]], given: int) -> Iterator[Script]:
+    """Yield the scripts that leave a way behind its given part, the earliest first.
+
+    Args:
+        taken: The way.
+        allowed: The options at each of its places.
+        given: The number of its first options that were given.
+    """
+    for position in range(given, len(taken)):
+        for index in allowed[position]:
+            if index != taken[position]:
+                yield (*taken[:position], index)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from py_trees.common import Status
 
@@ -47,8 +47,10 @@ class Broken:
     about: str
     node: str
     text: str
-    state: int
+    state: int = -1
     requirement: str = ""
+    needs_fault: bool = False
+    """Does it show only where a fault may still happen?"""
 
 
 @dataclass
@@ -57,47 +59,56 @@ class Claims:
 
     broken: dict[tuple[str, str], Broken] = field(default_factory=dict)
     entered: set[int] = field(default_factory=set)
-    failures: dict[str, int] = field(default_factory=dict)
-    """Reasons for which a mission fails, with the first state of each."""
+    failures: dict[str, None] = field(default_factory=dict)
+    """Reasons for which a mission fails."""
 
-    def check(self, environment: Environment, state: int) -> None:
-        """Look at a state."""
+    def look(self, environment: Environment) -> tuple[Broken, ...]:
+        """Return what the state behind a step shows."""
         self.entered |= environment.entered
-        for name, about, node, text in _states_broken(environment):
-            self._note(name, about, node, text, state)
+        shown = list(_states_broken(environment))
         for requirement in environment.requirements.violated:
             text = f"'{requirement.name}' is violated: {requirement.text}"
-            key = ("requirement", requirement.name)
-            self.broken.setdefault(key, Broken(*key, "", text, state, requirement.name))
+            shown.append(
+                Broken("requirement", requirement.name, "", text, requirement=requirement.name)
+            )
         if environment.is_done:
-            self._check_end(environment, state)
+            shown += self._look_at_end(environment)
+        return tuple(shown)
 
-    def _check_end(self, environment: Environment, state: int) -> None:
+    def take(self, shown: tuple[Broken, ...], state: int, faults_left: float) -> None:
+        """Note what a state shows."""
+        for broken in shown:
+            if faults_left >= 1 or not broken.needs_fault:
+                key = broken.name, broken.about
+                self.broken.setdefault(key, replace(broken, state=state))
+
+    def _look_at_end(self, environment: Environment) -> Iterator[Broken]:
         executive = environment.executive
         for name in environment.skipped_cleanups:
-            self._note("cleanup", name, name, f"the clean-up of '{name}' has not run", state)
+            yield Broken("cleanup", name, name, f"the clean-up of '{name}' has not run")
         if executive.verdict is not MissionStatus.FAILURE:
             return
         reason = environment.reason.partition("; orphaned goals")[0]
-        self.failures.setdefault(reason, state)
+        self.failures.setdefault(reason)
         is_error = executive.root.status is Status.INVALID
         if not is_error or _RAISED.search(executive.reason):
             return
         unset = _NO_VALUE.search(executive.reason)
         name = "unset_variable" if unset else "unhandled"
         about = unset[1] if unset else executive.reason
-        self._note(name, about, "", f"the mission ends: {executive.reason}", state)
+        yield Broken(name, about, "", f"the mission ends: {executive.reason}")
 
     def finish(self, explored: Explored) -> None:
         """Look at the whole, once every state was visited."""
         for state in sorted(explored.stuck)[:1]:
-            self._note("ends", "stuck", "", "nothing more happens, and no limit is running", state)
+            text = "nothing more happens, and no limit is running"
+            self.take((Broken("ends", "stuck", "", text),), state, 0)
         if not explored.is_exhaustive:
             return
         hopeless = explored.hopeless()
         if hopeless and not explored.stuck:
             text = "from here it never ends, though its servers answer as usual"
-            self._note("ends", "cycle", "", text, hopeless[0])
+            self.take((Broken("ends", "cycle", "", text),), hopeless[0], 0)
 
     def never_entered(self, environment: Environment) -> list[str]:
         """Return the names of the nodes that no way has entered; below such a node none."""
@@ -105,27 +116,23 @@ class Claims:
         dead = [node for node in nodes if indices[node] not in self.entered]
         return [node.name for node in dead if node.parent is None or node.parent not in dead]
 
-    def _note(self, name: str, about: str, node: str, text: str, state: int) -> None:
-        self.broken.setdefault((name, about), Broken(name, about, node, text, state))
 
-
-def _states_broken(environment: Environment) -> Iterator[tuple[str, str, str, str]]:
-    """Yield the properties that a state breaks: name, what it is about, node, text."""
+def _states_broken(environment: Environment) -> Iterator[Broken]:
+    """Yield the properties that a state breaks."""
     driving = environment.open_at_base
     if len(driving) > 1:
         names = " and ".join(driving)
-        yield (
+        yield Broken(
             "one_goal_at_the_base",
             " ".join(sorted(driving)),
             "",
             f"{names} have open goals at the base at the same time",
         )
     for goal in environment.unaccounted:
-        yield "goals_accounted", goal, "", f"the goal of {goal} is not in the ledger"
-    if environment.choices.faults_left >= 1:
-        for leaf in environment.silent_leaves:
-            text = f"'{leaf.name}' has no limit: it waits for ever where no answer comes"
-            yield "ends", leaf.name, leaf.name, text
+        yield Broken("goals_accounted", goal, "", f"the goal of {goal} is not in the ledger")
+    for leaf in environment.silent_leaves:
+        text = f"'{leaf.name}' has no limit: it waits for ever where no answer comes"
+        yield Broken("ends", leaf.name, leaf.name, text, needs_fault=True)
 
 
 def name_of(broken: Broken, words: Iterable[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from random import Random
 from typing import Any
@@ -38,16 +38,16 @@ class Service:
         choices: Choices,
         answers: AnswerSet,
         cases: ValueCases,
-        caller: Callable[[Service], ServiceLeaf | None],
+        callers: Callable[[], Iterable[ServiceLeaf]],
         evaluator_of: Callable[[Any], Evaluator],
     ) -> None:
         self.name = name
         self._type = service_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
-        self._caller, self._evaluator_of = caller, evaluator_of
+        self._callers, self._evaluator_of = callers, evaluator_of
         self.is_away = False
-        self.calls: list[Callable[[Any], None]] = []
-        """Those that wait for an answer."""
+        self.calls: list[tuple[ServiceLeaf, Callable[[Any], None]]] = []
+        """The leaves that wait for an answer, and what takes it."""
         self.is_mute = False
 
     def is_ready(self) -> bool:
@@ -63,12 +63,14 @@ class Service:
 
     def call(self, _request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
         """Take a call; return what forgets it."""
-        self.calls.append(on_answer)
+        leaf = next(leaf for leaf in self._callers() if leaf.answers.append == on_answer)
+        call = leaf, on_answer
+        self.calls.append(call)
         self.is_mute = False
 
         def forget() -> None:
-            if on_answer in self.calls:
-                self.calls.remove(on_answer)
+            if call in self.calls:
+                self.calls.remove(call)
 
         return forget
 
@@ -94,19 +96,19 @@ class Service:
         self.is_mute = True
 
     def _respond(self, fields: Mapping[str, Any]) -> None:
-        answer, response = self.calls.pop(0), self._type.Response()
+        (_, answer), response = self.calls.pop(0), self._type.Response()
         known = {name: value for name, value in fields.items() if _has(response, name)}
         answer(assign(response, known))
 
     def _responses(self) -> Iterator[dict[str, Any]]:
-        leaf = self._caller(self)
-        outputs = self._evaluator_of(leaf).node.outputs if leaf is not None else {}
+        outputs = self._evaluator_of(self.calls[0][0]).node.outputs
         yield from self._cases.of_outputs(outputs, self._type.Response(), ("success",))
 
     @property
     def key(self) -> tuple[Any, ...]:
         """Its state."""
-        return self.name, self.is_away, len(self.calls), self.is_mute
+        callers = [self._evaluator_of(leaf).path for leaf, _ in self.calls]
+        return self.name, self.is_away, tuple(callers), self.is_mute
 
 
 class Topic:

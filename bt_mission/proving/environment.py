@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from hashlib import blake2b
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -20,10 +20,8 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
-from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
-from bt_mission.behaviours.control import Timeout
-from bt_mission.behaviours.decorators import Repeat, Retry, Subtree
-from bt_mission.behaviours.leaves import Wait
+from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
+from bt_mission.behaviours.decorators import Repeat, Subtree
 from bt_mission.behaviours.runtime import Generator, Scope
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import NodeChanged
@@ -38,6 +36,7 @@ from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.abstraction import (
     MANY_ROUNDS,
+    NEVER_NS,
     Loose,
     is_folded,
     is_limited,
@@ -47,10 +46,18 @@ from bt_mission.proving.abstraction import (
     meet,
 )
 from bt_mission.proving.answers import AnswerSet
-from bt_mission.proving.choices import NOTHING, UNBOUNDED, Choices, Option, OutOfFaultsError, Script
+from bt_mission.proving.choices import (
+    NEVER,
+    NOTHING,
+    UNBOUNDED,
+    Choices,
+    Option,
+    OutOfFaultsError,
+    Script,
+)
 from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
 from bt_mission.proving.goal_servers import GoalServer, Question
-from bt_mission.proving.limits import LIMITS, words_of
+from bt_mission.proving.limits import Due, RunningLimits
 from bt_mission.proving.memento import Keeper, Memento
 from bt_mission.proving.requirements import RequirementMonitors
 from bt_mission.proving.state_key import attempt_key, failed_tip, goal_key, noter, values_key
@@ -63,13 +70,6 @@ START_NS = NS
 _GOAL_ID = re.compile(" goal [0-9a-f]{8}")
 INTERRUPT = "Ctrl-C"
 ROUNDS_OF_CUT = 2
-
-_WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
-"""The nodes with a separate limit, goals apart."""
-
-Due: TypeAlias = tuple[str, int, Behaviour | None]
-"""A limit that is running: what it limits, for people; the instant at which it is over, ns; its
-node, None for the limits of ledger, followed variables and servers."""
 
 
 class BoundedRepeat(Repeat):
@@ -188,8 +188,10 @@ class Environment:
         self.choices = Choices(faults)
         self.cases = ValueCases(mission, requirements)
         self._moment = _Moment(may_interrupt=has_interrupts)
-        self.is_stuck = False
-        """Did nothing happen in the last step, and is no limit running?"""
+        self.is_stuck = self.is_quiet = False
+        """Did nothing happen in the last step; and is no limit running?"""
+        self.ticked_ns = START_NS
+        """The instant of the last tick, ns. Where it was quiet, time has passed since."""
         self.entered: set[int] = set()
         """Indices of the nodes that have changed their status in the last step."""
         self._goal_servers: dict[str, GoalServer] = {}
@@ -197,7 +199,7 @@ class Environment:
         self._topics: dict[str, Topic] = {}
         self._speeches: dict[str, Speech] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed, _Draws(self))
-        self.ledger = Ledger(0, CANCEL_GRACE_NS)
+        self.ledger = Ledger(0, CANCEL_GRACE_NS, retry_ns=NEVER_NS, server_check_ns=0)
         behaviours = MappingProxyType(
             {**BEHAVIOURS, PythonNode: AnyBehaviour, RepeatNode: BoundedRepeat}
         )
@@ -214,22 +216,15 @@ class Environment:
         self._action_leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
         self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
-        self._limited = {node: words_of(node) for node in nodes if isinstance(node, _WAITING)}
-        """The nodes with a separate limit, and the words for it."""
         self._alone = lone_leaves(nodes)
-        loose = loose_deadlines(nodes, self._evaluators)
-        self._limit_words = {
-            (leaf, name): f"'{leaf.name}' {words}"
-            for leaf in self._action_leaves
-            for name, words in LIMITS.items()
-        }
-        self._loose = {
-            node: self._limit_words[node, "goal"]
-            if isinstance(node, ActionLeaf)
-            else self._limited.pop(node)
-            for node in loose
-        }
-        """The nodes with an abstract deadline, and the words for it."""
+        self._limits = RunningLimits(
+            self.executive,
+            self.ledger,
+            self._goal_servers,
+            self.answers,
+            loose_deadlines(nodes, self._evaluators),
+        )
+        self._loose = self._limits.loose
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self._finals = [node for node in nodes if isinstance(node, Finally)]
@@ -301,7 +296,6 @@ class Environment:
                 self.answers,
                 self.cases,
                 lambda leaf: self._evaluators[leaf],
-                lambda: self.now_ns,
             )
         return self._goal_servers[name]
 
@@ -315,7 +309,7 @@ class Environment:
                 self.choices,
                 self.answers,
                 self.cases,
-                self._caller,
+                lambda: self._services_called,
                 lambda leaf: self._evaluators[leaf],
             )
         return self._services[name]
@@ -362,15 +356,6 @@ class Environment:
         label = f"'{node.label}'" if node is not None else name
         return Draw(label, self.choices, DRAWS if is_seen else DRAWS[:1])
 
-    def _caller(self, service: Service) -> ServiceLeaf | None:
-        for node in self._services_called:
-            if (
-                node.status is Status.RUNNING
-                and _full(self._evaluators[node].node.ros_name) == service.name
-            ):
-                return node
-        return None
-
     def _waiting(self, topic: Topic) -> list[WaitFor]:
         return [
             node
@@ -390,13 +375,14 @@ class Environment:
         """Take one step by a script; return whether it is within the bound on faults."""
         self.choices.begin(script)
         self.entered.clear()
-        self.is_stuck = False
+        self.is_stuck = self.is_quiet = False
+        before = self._moment.limits
         try:
             if self.now_ns == START_NS:
-                self._tick()  # random choices of this tick are part of the script
+                self._tick(before)  # random choices of this tick are part of the script
             elif self._answer():
-                self._moment.limits = self._limits_now()
-                self._tick()
+                self._moment.limits = self._limits.running(self.now_ns)
+                self._tick(before)
             else:
                 self._let_time_pass()
         except OutOfFaultsError:
@@ -455,7 +441,7 @@ class Environment:
     def _may_be_late(self, node: Loose) -> bool:
         if not isinstance(node, ActionLeaf):
             return True
-        server = self._working_for(node)
+        server = self._limits.working_for(node)
         return bool(server) and self.answers.is_ever_late(server)
 
     def _interrupt(self) -> None:
@@ -468,27 +454,28 @@ class Environment:
         So an answer may come long before a limit, and in the very tick in which it is over.
         """
         before = self._moment.untimed
-        self._tick()
-        if self._moment.untimed != before:
+        self._tick(self._moment.limits)
+        self.is_quiet = self._moment.untimed == before
+        if not self.is_quiet:
             return
         due = self._moment.limits
         if not due:
             if any(True for _ in self.questions()):
-                raise OutOfFaultsError  # somebody has to answer
+                self.choices.meet((), (), NEVER)  # somebody has to answer
             self.is_stuck = True
             return
-        ticks = -(-(min([at_ns for _, at_ns, _ in due]) - self.now_ns) // TICK_NS)
+        ticks = -(-(min([entry.at_ns for entry in due]) - self.now_ns) // TICK_NS)
         self._moment.now_ns += max(0, ticks - 1) * TICK_NS
 
-    def _tick(self) -> None:
+    def _tick(self, before: tuple[Due, ...]) -> None:
+        """Let a tick pass.
+
+        Args:
+            before: The limits that were running when the step began.
+        """
         until_ns = self.now_ns + TICK_NS
-        met = [due for due in self._moment.limits if due[1] <= until_ns]
-        if met:
-            self.choices.pay(max(map(self._faults_of, met)))
-            names = ", ".join(dict.fromkeys(name for name, _, _ in met if name))
-            if names:
-                self.choices.words.append(f"time passes: {names}")
-        self._moment.now_ns = until_ns
+        self._meet_limits(before, until_ns)
+        self.ticked_ns = self._moment.now_ns = until_ns
         for topic in self._topics.values():
             topic.beat()
         for server in self._goal_servers.values():
@@ -499,74 +486,29 @@ class Environment:
             if node.status is Status.RUNNING:
                 keep_open(node, self.now_ns)
         for server in self._goal_servers.values():
-            server.settle()
             server.adopt(self._action_leaves)
-        self._moment.untimed, self._moment.limits = self._untimed_key(), self._limits_now()
+        self._moment.untimed = self._untimed_key()
+        self._moment.limits = self._limits.running(until_ns)
 
-    # ---- limits -----------------------------------------------------------------------------
-
-    def _limits_now(self) -> tuple[Due, ...]:
-        """Return the limits that are running."""
-        running = Status.RUNNING
-        collected: list[Due] = []
-        for leaf in self._action_leaves:
-            attempt = leaf.attempt
-            if attempt is not None and leaf.status is running:
-                for name, at_ns in attempt.limits_due.items():
-                    if name == "goal" and leaf in self._loose:
-                        continue
-                    collected.append((self._limit_words[leaf, name], at_ns, leaf))
-        for node, words in self._limited.items():
-            if node.status is running or (isinstance(node, Finally) and node.is_detached):
-                due_ns = node.due_ns
-                if due_ns is not None:
-                    collected.append((words, due_ns, node))
-        others = [
-            *self.ledger.limits_due,
-            self.executive.followed.due_ns if not self.is_done else None,
-        ]
-        others += [server.due_ns for server in self._goal_servers.values()]
-        collected += [("", due_ns, None) for due_ns in others if due_ns is not None]
-        return tuple(collected)
-
-    def _faults_of(self, due: Due) -> int:
-        """Return 1 where a server has to be late for a limit to be met.
-
-        Raises:
-            OutOfFaultsError: When one of them is never late.
-        """
-        words, _, node = due
-        if isinstance(node, WaitFor):
-            return 1
-        late: list[Behaviour] = []
-        if isinstance(node, ActionLeaf) and words is self._limit_words[node, "goal"]:
-            late = [node]
-        elif isinstance(node, Timeout | Finally):
-            below = node.cleanup if isinstance(node, Finally) else node
-            late = list(below.iterate())
-        servers = [name for entry in late if (name := self._working_for(entry))]
-        if not all(map(self.answers.is_ever_late, servers)):
-            raise OutOfFaultsError
-        return int(bool(servers))
-
-    def _working_for(self, node: Behaviour) -> str:
-        """Return the server or class that works for a leaf, as it usually does in time; or ""."""
-        if isinstance(node, ActionLeaf) and self._works(node):
-            assert node.attempt is not None
-            assert node.attempt.goal is not None
-            return node.attempt.goal.goal_client.name
-        if isinstance(node, AnyBehaviour) and node.status is Status.RUNNING:
-            return node.name if node.answer == "running" else ""
-        return ""
-
-    def _works(self, leaf: ActionLeaf) -> bool:
-        """Does a server work on the goal of a leaf?"""
-        goal = leaf.attempt.goal if leaf.attempt else None
-        return any(
-            served.goal is goal and served.stage == "working"
-            for server in self._goal_servers.values()
-            for served in server.goals
+    def _meet_limits(self, before: tuple[Due, ...], until_ns: int) -> None:
+        """Count the faults of the limits that are over with the next tick."""
+        limits = self._moment.limits
+        if not limits:
+            return
+        met = [due for due in limits if due.at_ns <= until_ns]
+        indices: Sequence[int] = range(len(before))
+        if limits is not before:
+            began = {(due.owner, due.at_ns): index for index, due in enumerate(before)}
+            kept = [began.get((due.owner, due.at_ns)) for due in limits]
+            indices = [index for index in kept if index is not None]
+        self.choices.meet(
+            tuple(indices),
+            tuple([before[index].at_ns <= until_ns for index in indices]),
+            max(map(self._limits.faults_of, met), default=0),
         )
+        names = ", ".join(dict.fromkeys(due.words for due in met if due.words))
+        if names:
+            self.choices.words.append(f"time passes: {names}")
 
     # ---- the state --------------------------------------------------------------------------
 
@@ -605,7 +547,7 @@ class Environment:
         waiting: list[Behaviour] = [
             leaf
             for leaf in self._action_leaves
-            if leaf.status is Status.RUNNING and self._works(leaf)
+            if leaf.status is Status.RUNNING and self._limits.has_working_server(leaf)
         ]
         waiting += self._any_behaviours_running
         waiting += [node for node in self._waits if node.status is Status.RUNNING]
@@ -615,15 +557,20 @@ class Environment:
     def _any_behaviours_running(self) -> list[AnyBehaviour]:
         return [leaf for leaf in self._any_behaviours if leaf.status is Status.RUNNING]
 
-    def key(self) -> bytes:
-        """Return what the future depends on, the faults left apart, as a hash."""
-        now_ns = self.now_ns
-        limits = [(name, max(0, at_ns - now_ns)) for name, at_ns, _ in self._moment.limits]
-        if len(limits) == 1 and self._moment.limits[0][2] in self._alone:
-            name, left_ns = limits[0]
-            limits = [(name, left_ns <= TICK_NS)]
-        whole = marshal.dumps((self._moment.untimed, limits), 2)
+    @property
+    def shape(self) -> bytes:
+        """The state without its times, as a hash: :attr:`untimed`, and the names of the limits."""
+        whole = marshal.dumps((self._moment.untimed, [due.words for due in self.limits]), 2)
         return blake2b(whole, digest_size=16).digest()
+
+    @property
+    def limits(self) -> tuple[Due, ...]:
+        """The limits that are running."""
+        return self._moment.limits
+
+    def is_alone(self, due: Due) -> bool:
+        """Is it of a leaf beside which nothing else runs?"""
+        return due.node in self._alone
 
     def _untimed_key(self) -> Any:
         executive = self.executive

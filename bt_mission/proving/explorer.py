@@ -14,8 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from bt_mission.proving.choices import Script
+from bt_mission.proving.choices import UNBOUNDED, Script
 from bt_mission.proving.environment import Environment
+from bt_mission.proving.known_steps import DivergedError, Effect, KnownSteps, Step, Times
 from bt_mission.proving.memento import Memento
 
 BYTES_A_STATE = 400
@@ -23,11 +24,14 @@ BYTES_A_STATE = 400
 REPORT_EVERY = 500
 
 
-class Claim(Protocol):
+class Claims(Protocol):
     """The checks of every state."""
 
-    def check(self, environment: Environment, state: int) -> None:
-        """Look at a state behind a step."""
+    def look(self, environment: Environment) -> tuple[Any, ...]:
+        """Return what the state behind a step shows."""
+
+    def take(self, shown: Any, state: int, faults_left: float) -> None:
+        """Note what a state shows."""
 
 
 @dataclass
@@ -49,6 +53,7 @@ class Explored:
         why_not: What ended it before.
         came_from: By state, the one before it; -1 for the first.
         scripts: By state, the script of the step to it.
+        shapes: By state, its shape.
         edges: Pairs of states with a step without a fault between, flat.
         ended: States in which the mission has ended.
         stuck: States in which nothing more happens.
@@ -59,6 +64,7 @@ class Explored:
     why_not: str = ""
     came_from: array[int] = field(default_factory=lambda: array("q"))
     scripts: list[Script] = field(default_factory=list)
+    shapes: list[bytes] = field(default_factory=list)
     edges: array[int] = field(default_factory=lambda: array("q"))
     ended: set[int] = field(default_factory=set)
     stuck: set[int] = field(default_factory=set)
@@ -113,18 +119,24 @@ class Bounds:
 
 @dataclass
 class _Waiting:
+    """A state whose steps are not taken yet; its memento only where the mission was in it."""
+
     state: int
-    memento: Memento
+    shape: int
+    times: Times
     faults_left: float
     depth: int
+    memento: Memento | None = None
 
 
 def explore(
     environment: Environment,
-    claims: list[Claim],
+    claims: Claims,
     bounds: Bounds | None = None,
     elapsed_s: Callable[[], float] = float,
     on_progress: Callable[[Progress], bool] = lambda _: True,
+    *,
+    learns: bool = True,
 ) -> Explored:
     """Visit every state. Python looks for no cycles meanwhile: mementos have none.
 
@@ -134,90 +146,137 @@ def explore(
         bounds: None for none.
         elapsed_s: Returns the seconds that have passed.
         on_progress: Called now and then; False ends the exploration.
+        learns: Take steps that are known from the table; else every step is taken.
+
+    Raises:
+        DivergedError: A step was learned that does not hold for all states of its shape.
     """
     is_collecting = gc.isenabled()
     gc.disable()
     try:
-        return _explored(environment, claims, bounds or Bounds(), elapsed_s, on_progress)
+        exploration = _Exploration(environment, claims, learns=learns)
+        return exploration.run(bounds or Bounds(), elapsed_s, on_progress)
     finally:
         if is_collecting:
             gc.enable()
 
 
-def _explored(
-    environment: Environment,
-    claims: list[Claim],
-    bounds: Bounds,
-    elapsed_s: Callable[[], float],
-    on_progress: Callable[[Progress], bool],
-) -> Explored:
-    progress = Progress()
-    explored = Explored(progress)
-    numbers: dict[bytes, int] = {}
-    most_left: list[float] = []
-    origin = environment.save()
-    queue = deque([_Waiting(-1, origin, environment.choices.faults_left, 0)])
+class _Exploration:
+    def __init__(self, environment: Environment, claims: Claims, *, learns: bool) -> None:
+        self._environment, self._claims = environment, claims
+        self._learns = learns
+        self._known = KnownSteps(environment)
+        self._explored = Explored(Progress())
+        self._numbers: dict[bytes, int] = {}
+        """The states by their keys."""
+        self._most_left: list[float] = []
+        """By state, the most faults left so far."""
+        origin = environment.save()
+        self._kept: dict[int, Memento] = {-1: origin}
+        """Of one state of each shape."""
+        self._has_kept: set[int] = set()
+        left = environment.choices.faults_left
+        first = _Waiting(-1, self._known.shape, (), left, 0, origin)
+        self._queue = deque([first])
 
-    steps = 0
-    while queue:
-        waiting = queue.popleft()
-        progress.depth = waiting.depth
-        scripts: list[Script] = [()]
-        while scripts:
-            script = scripts.pop()
-            environment.restore(waiting.memento, waiting.faults_left)
-            is_allowed = environment.step(script)
-            scripts += list(environment.choices.others())[::-1]
-            steps += 1
-            if steps % REPORT_EVERY == 0 or bounds.states is not None:
-                progress.waiting = len(queue)
-                explored.why_not = "" if on_progress(progress) else "interrupted"
-                explored.why_not = explored.why_not or bounds.why_over(progress, elapsed_s())
-                if explored.why_not:
-                    explored.is_exhaustive = False
-                    return explored
-            if is_allowed:
-                _take(environment, waiting, explored, numbers, most_left, queue, claims)
-    on_progress(progress)
-    return explored
+    def run(
+        self,
+        bounds: Bounds,
+        elapsed_s: Callable[[], float],
+        on_progress: Callable[[Progress], bool],
+    ) -> Explored:
+        """Take every step of every state."""
+        explored, queue = self._explored, self._queue
+        progress, steps = explored.progress, 0
+        while queue:
+            waiting = queue.popleft()
+            progress.depth = waiting.depth
+            scripts: list[Script] = [()]
+            while scripts:
+                self._take(waiting, scripts)
+                steps += 1
+                if steps % REPORT_EVERY == 0 or bounds.states is not None:
+                    progress.waiting = len(queue)
+                    explored.why_not = "" if on_progress(progress) else "interrupted"
+                    explored.why_not = explored.why_not or bounds.why_over(progress, elapsed_s())
+                    if explored.why_not:
+                        explored.is_exhaustive = False
+                        return explored
+        on_progress(progress)
+        return explored
 
+    def _take(self, waiting: _Waiting, scripts: list[Script]) -> None:
+        """Take the step of the last script; add those that leave it on the way."""
+        script = scripts.pop()
+        step = None
+        if self._learns:
+            step = self._known.find(waiting.shape, waiting.times, script, waiting.faults_left)
+        is_known = step is not None
+        if step is None:
+            step = self._really_take(waiting, script)
+        scripts += step.others[::-1]
+        if step.effect is not None:
+            self._note(waiting, step, step.effect, is_known=is_known)
 
-def _take(
-    environment: Environment,
-    waiting: _Waiting,
-    explored: Explored,
-    numbers: dict[bytes, int],
-    most_left: list[float],
-    queue: deque[_Waiting],
-    claims: list[Claim],
-) -> None:
-    """Note the state behind a step; have its own steps taken later, unless that was done."""
-    key, left = environment.key(), environment.choices.faults_left
-    state = numbers.get(key)
-    is_new = state is None
-    if state is None:
-        state = numbers[key] = len(explored.scripts)
-        explored.came_from.append(waiting.state)
-        explored.scripts.append(environment.choices.taken)
-        most_left.append(left)
-        explored.progress.states += 1
-    if waiting.state >= 0 and left == waiting.faults_left:
-        explored.edges.extend((waiting.state, state))
-    for claim in claims:
-        claim.check(environment, state)
-    if environment.is_done:
-        explored.progress.paths += is_new
-        explored.ended.add(state)
-    elif environment.is_stuck:
-        explored.stuck.add(state)
-    elif is_new or left > most_left[state]:
-        # What follows may need the faults that only this way has left.
-        explored.came_from[state], explored.scripts[state] = (
-            waiting.state,
-            environment.choices.taken,
-        )
-        most_left[state] = left
-        queue.append(_Waiting(state, environment.save(waiting.memento), left, waiting.depth + 1))
+    def _really_take(self, waiting: _Waiting, script: Script) -> Step:
+        environment = self._environment
+        if waiting.memento is None:
+            waiting.memento = self._reached(waiting)
+        environment.restore(waiting.memento, waiting.faults_left)
+        before = environment.limits
+        is_allowed = environment.step(script)
+        shown = self._claims.look(environment) if is_allowed else ()
+        return self._known.learn(waiting.shape, before, shown, is_allowed=is_allowed)
+
+    def _reached(self, waiting: _Waiting) -> Memento:
+        """Return the memento of a state: the mission takes the steps to it from a kept one."""
+        explored, environment = self._explored, self._environment
+        state, way = waiting.state, []
+        while state not in self._kept:
+            way.append(explored.scripts[state])
+            state = explored.came_from[state]
+        environment.restore(self._kept[state], UNBOUNDED)
+        for script in reversed(way):
+            environment.step(script)
+        if self._known.shape != waiting.shape:
+            raise DivergedError
+        return environment.save(self._kept[state])
+
+    def _note(self, waiting: _Waiting, step: Step, effect: Effect, *, is_known: bool) -> None:
+        """Note the state behind a step; have its own steps taken later, unless that was done."""
+        explored = self._explored
+        times, left = effect.times(waiting.times), step.faults_left
+        key = self._known.key_of(effect.shape, times)
+        state = self._numbers.get(key)
+        is_new = state is None
+        if state is None:
+            state = self._numbers[key] = len(explored.scripts)
+            explored.came_from.append(waiting.state)
+            explored.scripts.append(step.taken)
+            explored.shapes.append(self._known.digest_of(effect.shape))
+            self._most_left.append(left)
+            explored.progress.states += 1
+        if waiting.state >= 0 and left == waiting.faults_left:
+            explored.edges.extend((waiting.state, state))
+        self._claims.take(effect.shown, state, left)
+        if effect.is_done:
+            explored.progress.paths += is_new
+            explored.ended.add(state)
+        elif effect.is_stuck:
+            explored.stuck.add(state)
+        elif is_new or left > self._most_left[state]:
+            # What follows may need the faults that only this way has left.
+            explored.came_from[state], explored.scripts[state] = waiting.state, step.taken
+            self._most_left[state] = left
+            memento = None
+            if not is_known:
+                memento = self._environment.save(waiting.memento)
+                if effect.shape not in self._has_kept:
+                    self._has_kept.add(effect.shape)
+                    self._kept[state] = memento
+            self._queue.append(
+                _Waiting(state, effect.shape, times, left, waiting.depth + 1, memento)
+            )
 
 
 def replay(environment: Environment, way: list[Script]) -> list[Any]:

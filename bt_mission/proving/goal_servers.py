@@ -9,7 +9,6 @@ from typing import Any, TypeAlias
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.core.actions import moves_base
-from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.proving.answers import ANSWERS, ROWS, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
@@ -67,7 +66,6 @@ class GoalServer:
         answers: Which are considered.
         cases: Values of results.
         evaluator_of: Returns what computes the values of a leaf.
-        now_ns: Returns the time.
     """
 
     def __init__(
@@ -78,19 +76,19 @@ class GoalServer:
         answers: AnswerSet,
         cases: ValueCases,
         evaluator_of: Callable[[ActionLeaf], Evaluator],
-        now_ns: Callable[[], int],
     ) -> None:
         self.name, self.type_name = name, type_name
         self._type = action_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
-        self._evaluator_of, self._now_ns = evaluator_of, now_ns
+        self._evaluator_of = evaluator_of
         self.moves_base = moves_base(name)
         self._requests, self._results_of = Known(), Known()
         self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
         self.goals: list[ServedGoal] = []
         """Those that the server has not ended, in the order in which they arrived."""
         self.is_away = False
-        self.lost_ns = 0
+        self.is_lost = False
+        """Has it gone since the last tick? Its attempts notice that in the next one."""
 
     # ---- what the attempts and the ledger call ----------------------------------------------
 
@@ -98,7 +96,7 @@ class GoalServer:
         """Choose whether there is a server, unless it works on a goal."""
         if any(goal.stage in ("working", "asked", "mute") for goal in self.goals):
             return not self.is_away
-        if self._is_lost_goal_watched:
+        if self.is_lost:
             return False
         rows = self._answers.at("missing" if self.is_away else "found", self.name)
         row = rows[self._choices.choose([self._option(row) for row in rows])]
@@ -133,6 +131,7 @@ class GoalServer:
 
     def adopt(self, leaves: list[ActionLeaf]) -> None:
         """Note whose goals they are, after a tick; forget those that are over."""
+        self.is_lost = False
         self.goals = [served for served in self.goals if served.stage != "over"]
         for served in self.goals:
             if served.leaf is None:
@@ -142,23 +141,9 @@ class GoalServer:
                 )
 
     @property
-    def _is_lost_goal_watched(self) -> bool:
-        return self.is_away and self.lost_ns > 0
-
-    @property
-    def due_ns(self) -> int | None:
-        """The instant until which an attempt notices that the server is lost."""
-        return self.lost_ns + SERVER_CHECK_NS if self.lost_ns else None
-
-    @property
     def key(self) -> tuple[Any, ...]:
         """Its state, and that of its goals."""
-        return self.name, self.is_away, self.lost_ns > 0, *(entry.key for entry in self.goals)
-
-    def settle(self) -> None:
-        """Note that every attempt has noticed a lost server."""
-        if self.lost_ns and self._now_ns() >= self.lost_ns + SERVER_CHECK_NS:
-            self.lost_ns = 0
+        return self.name, self.is_away, *(entry.key for entry in self.goals)
 
     def beat(self) -> None:
         """Send the feedback that keeps a goal from its limit of silence."""
@@ -255,7 +240,7 @@ class GoalServer:
 
     def server_lost(self, _served: ServedGoal) -> None:
         """Leave the graph, with all goals."""
-        self.is_away, self.lost_ns = True, self._now_ns()
+        self.is_away = self.is_lost = True
         for served in self.goals:
             served.stage = "over"
 

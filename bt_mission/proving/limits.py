@@ -1,11 +1,26 @@
-"""Limits that are over, for people."""
+"""The limits that are running in a state, and what they cost when they are over."""
 
 from __future__ import annotations
 
-from py_trees.behaviour import Behaviour
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.cleanup import Finally
+from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
+from bt_mission.behaviours.control import Timeout
 from bt_mission.behaviours.decorators import Retry
 from bt_mission.behaviours.leaves import Wait
+from bt_mission.executive.executive import Executive
+from bt_mission.goals.ledger import Ledger
+from bt_mission.proving.abstraction import NEVER_NS, Loose
+from bt_mission.proving.answers import AnswerSet
+from bt_mission.proving.clients import AnyBehaviour
+from bt_mission.proving.goal_servers import GoalServer
 
 LIMITS = {
     "server": "waits for its server in vain",
@@ -16,8 +31,133 @@ LIMITS = {
 }
 """By the name of a limit of a goal."""
 
+_WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
+"""The nodes with a separate limit, goals apart."""
 
-def words_of(node: Behaviour) -> str:
+
+class Due(NamedTuple):
+    """A limit that is running.
+
+    Attributes:
+        words: What it limits, for people.
+        at_ns: The instant at which it is over, ns.
+        owner: Equal for two limits only if they began at the same instant.
+        node: Its node; None for the limits of ledger and followed variables.
+    """
+
+    words: str
+    at_ns: int
+    owner: Any
+    node: Behaviour | None = None
+
+
+class RunningLimits:
+    """Collects the limits of a mission.
+
+    Args:
+        executive: Runs the mission.
+        ledger: Keeps its goals.
+        servers: By the name of the action; more may be added.
+        answers: Which servers are ever late.
+        loose: The nodes with an abstract deadline, which is no limit.
+    """
+
+    def __init__(
+        self,
+        executive: Executive,
+        ledger: Ledger,
+        servers: Mapping[str, GoalServer],
+        answers: AnswerSet,
+        loose: Iterable[Loose],
+    ) -> None:
+        self._executive, self._ledger = executive, ledger
+        self._servers, self._answers = servers, answers
+        nodes = executive.nodes
+        self._leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
+        self._of_leaves = {
+            leaf: {name: f"'{leaf.name}' {words}" for name, words in LIMITS.items()}
+            for leaf in self._leaves
+        }
+        own = {node: _words_of(node) for node in nodes if isinstance(node, _WAITING)}
+        self.loose = {
+            node: self._of_leaves[node]["goal"] if isinstance(node, ActionLeaf) else own.pop(node)
+            for node in loose
+        }
+        """The nodes with an abstract deadline, and the words for it."""
+        self._own = [
+            (node, words, node if isinstance(node, Finally) else None)
+            for node, words in own.items()
+        ]
+
+    def running(self, now_ns: int) -> tuple[Due, ...]:
+        """Return the limits that are running, in a fixed order."""
+        running = Status.RUNNING
+        collected: list[Due] = []
+        inside = self._executive.cleanups.inside
+        for leaf in self._leaves:
+            attempt = leaf.attempt
+            if attempt is not None and leaf.status is running:
+                is_held = bool(self._ledger.why_held) and leaf not in inside
+                for name, at_ns in attempt.limits_due.items():
+                    if (name == "goal" and leaf in self.loose) or (name == "server" and is_held):
+                        continue
+                    words = self._of_leaves[leaf][name]
+                    collected.append(Due(words, at_ns, (attempt, name), leaf))
+        for node, words, final in self._own:
+            if node.status is running or (final is not None and final.is_detached):
+                due_ns = node.due_ns
+                if due_ns is not None:
+                    collected.append(Due(words, due_ns, node, node))
+        collected += [
+            Due("", at_ns, owner) for owner, at_ns in self._others() if now_ns < at_ns < NEVER_NS
+        ]
+        return tuple(collected)
+
+    def _others(self) -> Iterator[tuple[Any, int]]:
+        yield from self._ledger.limits_due
+        if not self._executive.is_done:
+            yield from self._executive.followed.limits_due
+
+    def faults_of(self, due: Due) -> float:
+        """Return the faults that it takes for a limit to be over.
+
+        1 where a server has to be late; infinite where one of them never is.
+        """
+        node = due.node
+        if isinstance(node, WaitFor):
+            return 1
+        late: list[Behaviour] = []
+        if isinstance(node, ActionLeaf) and due.words is self._of_leaves[node]["goal"]:
+            late = [node]
+        elif isinstance(node, Timeout | Finally):
+            below = node.cleanup if isinstance(node, Finally) else node
+            late = list(below.iterate())
+        servers = [name for entry in late if (name := self.working_for(entry))]
+        if not all(map(self._answers.is_ever_late, servers)):
+            return math.inf
+        return int(bool(servers))
+
+    def working_for(self, node: Behaviour) -> str:
+        """Return the server or class that works for a leaf, as it usually does in time; or ""."""
+        if isinstance(node, ActionLeaf) and self.has_working_server(node):
+            assert node.attempt is not None
+            assert node.attempt.goal is not None
+            return node.attempt.goal.goal_client.name
+        if isinstance(node, AnyBehaviour) and node.status is Status.RUNNING:
+            return node.name if node.answer == "running" else ""
+        return ""
+
+    def has_working_server(self, leaf: ActionLeaf) -> bool:
+        """Does a server work on the goal of a leaf?"""
+        goal = leaf.attempt.goal if leaf.attempt else None
+        return any(
+            served.goal is goal and served.stage == "working"
+            for server in self._servers.values()
+            for served in server.goals
+        )
+
+
+def _words_of(node: Behaviour) -> str:
     """Return what happens when the limit of a node is over."""
     match node:
         case Wait():

@@ -233,7 +233,7 @@ class Played:
         is_away = bool(spans) and spans[-1][1] is None
         now_ns = self._environment.now_ns
         if server.is_away and not is_away:
-            gone_ns = server.lost_ns or max(START_NS, now_ns - TICK_NS)
+            gone_ns = max(START_NS, now_ns - TICK_NS)
             spans.append([_seconds(gone_ns - START_NS), None])
         elif is_away and not server.is_away:
             spans[-1][1] = _seconds(now_ns - START_NS)

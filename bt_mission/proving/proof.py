@@ -17,7 +17,14 @@ from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import UNBOUNDED, Script
 from bt_mission.proving.claims import OF_SOME_RUN, PROPERTIES, Broken, Claims, name_of
 from bt_mission.proving.environment import ROUNDS_OF_CUT, Environment
-from bt_mission.proving.explorer import Bounds, Explored, Progress, explore, replay
+from bt_mission.proving.explorer import (
+    Bounds,
+    Explored,
+    Progress,
+    explore,
+    replay,
+)
+from bt_mission.proving.known_steps import DivergedError
 
 USUAL_FAULTS = 2
 _OUTCOME = re.compile(r"('[^']+') ([a-z ]+)(?::.*)?", re.DOTALL)
@@ -263,16 +270,34 @@ def prove(
         BtMissionError: When the mission cannot be set up, such as an unknown type.
     """
     options = options or ProofOptions()
+    try:
+        return _proved(mission, options, elapsed_s, on_progress, learns=True)
+    except DivergedError:
+        return _proved(mission, options, elapsed_s, on_progress, learns=False)
+
+
+def _proved(
+    mission: Mission,
+    options: ProofOptions,
+    elapsed_s: Callable[[], float],
+    on_progress: Callable[[Progress], bool],
+    *,
+    learns: bool,
+) -> Proof:
+    """Return the result. Raises DivergedError where known steps lead to what no run shows."""
     claims, environment = Claims(), options.environment(mission)
     record = None
     if options.with_outcomes:
         record = CoverageRecord.attach(mission, environment.executive)
-    explored = explore(environment, [claims], options.bounds, elapsed_s, on_progress)
+    explored = explore(environment, claims, options.bounds, elapsed_s, on_progress, learns=learns)
     claims.finish(explored)
     never = tuple(claims.never_entered(environment))
-    findings = [_finding(broken, explored, mission, options) for broken in claims.broken.values()]
+    findings = [
+        _finding(broken, explored, mission, options, is_checked=learns)
+        for broken in claims.broken.values()
+    ]
     if never and explored.is_exhaustive and not environment.cut:
-        findings += _dead_nodes(mission, options, elapsed_s, on_progress)
+        findings += _dead_nodes(mission, options, elapsed_s, on_progress, learns=learns)
     why_not = [explored.why_not] if explored.why_not else []
     why_not += [
         f"'{name}' is repeated {environment.rounds or ROUNDS_OF_CUT} times instead of {count:,} "
@@ -333,10 +358,17 @@ def _verdict(
 
 
 def _finding(
-    broken: Broken, explored: Explored, mission: Mission, options: ProofOptions
+    broken: Broken,
+    explored: Explored,
+    mission: Mission,
+    options: ProofOptions,
+    *,
+    is_checked: bool,
 ) -> Finding:
-    way = explored.way_to(broken.state)
-    steps = [line for words in replay(options.environment(mission), way) for line in words]
+    way, environment = explored.way_to(broken.state), options.environment(mission)
+    steps = [line for words in replay(environment, way) for line in words]
+    if is_checked and environment.shape != explored.shapes[broken.state]:
+        raise DivergedError
     name = name_of(broken, steps)
     return Finding(
         name, broken.node, broken.text, tuple(steps), tuple(way), broken.requirement, broken
@@ -348,11 +380,13 @@ def _dead_nodes(
     options: ProofOptions,
     elapsed_s: Callable[[], float],
     on_progress: Callable[[Progress], bool],
+    *,
+    learns: bool,
 ) -> list[Finding]:
     """Look for ways with more faults into the nodes that none has entered."""
     faults = options.faults + MORE_FAULTS
     claims, environment = Claims(), options.environment(mission, faults)
-    explored = explore(environment, [claims], options.bounds, elapsed_s, on_progress)
+    explored = explore(environment, claims, options.bounds, elapsed_s, on_progress, learns=learns)
     if not explored.is_exhaustive:
         return []
     bound = "" if faults == UNBOUNDED else f" with at most {faults:g} faults"

@@ -23,7 +23,8 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
     """Return what notes the status of a node, and its memory and the nodes below while it runs.
 
     A node that joins others may end by a failure that came before its last tick, so the
-    failure is noted, too.
+    failure is noted, too. A fallback has not reset the children that it has not reached; they are
+    left out.
 
     Args:
         indices: The number of each node.
@@ -31,7 +32,7 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
     running, failure, memory = Status.RUNNING, Status.FAILURE, _memory_of(node)
     below = [(child, noter(child, indices)) for child in node.children]
     final = node if isinstance(node, Finally) else None
-    is_joining = isinstance(node, Finally | Parallel)
+    is_joining, is_fallback = isinstance(node, Finally | Parallel), isinstance(node, Selector)
 
     def note(tree: list[Any]) -> None:
         status = node.status
@@ -40,7 +41,7 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
             return
         if memory is not None:
             tree.append(memory())
-        for child, note_child in below:
+        for child, note_child in below[: _child_of(node) + 1] if is_fallback else below:
             note_child(tree)
             if is_joining and child.status is failure:
                 tip = failed_tip(child)
@@ -115,9 +116,9 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
     return memory
 
 
-def _child_of(node: Composite) -> int:
+def _child_of(node: Behaviour) -> int:
     """Return the index of the child that a composite has reached; -1 for none."""
-    current = node.current_child
+    current = node.current_child if isinstance(node, Composite) else None
     return -1 if current is None else node.children.index(current)
 
 

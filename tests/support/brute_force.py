@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from bt_mission.language.mission import Mission
 from bt_mission.proving.choices import Script
-from bt_mission.proving.claims import Claims
+from bt_mission.proving.claims import Broken, Claims
 from bt_mission.proving.environment import Environment
 from bt_mission.proving.explorer import explore
 from bt_mission.sessions.load import load
@@ -42,10 +42,10 @@ class _Ends(Claims):
         super().__init__()
         self.verdicts = verdicts
 
-    def check(self, environment: Environment, state: int) -> None:
-        super().check(environment, state)
+    def look(self, environment: Environment) -> tuple[Broken, ...]:
         if environment.is_done:
             self.verdicts.note_end(environment)
+        return super().look(environment)
 
 
 def explored(mission: Mission, faults: float, *, with_interrupts: bool = False) -> Verdicts:
@@ -53,7 +53,7 @@ def explored(mission: Mission, faults: float, *, with_interrupts: bool = False) 
     verdicts = Verdicts()
     claims = _Ends(verdicts)
     environment = Environment(mission, faults=faults, has_interrupts=with_interrupts)
-    assert explore(environment, [claims]).is_exhaustive
+    assert explore(environment, claims).is_exhaustive
     verdicts.broken = set(claims.broken)
     return verdicts
 
@@ -85,7 +85,7 @@ def enumerated(
                 raise TooManyRunsError
             if not is_allowed:
                 break
-            claims.check(environment, 0)
+            claims.take(claims.look(environment), 0, environment.choices.faults_left)
             if environment.is_done or environment.is_stuck:
                 break
             way = (*way[:-1], environment.choices.taken, ())
