@@ -2,7 +2,7 @@
 
 The shape of a state is the state without its times. A step depends on the shape, on the options
 that are taken, and on which of the running limits are over with the next tick. It does not depend
-on how much time is left of the others: that only becomes less, by the same time for each. So the
+on the time that remains for the others, which only becomes less, by as much for each. So the
 effect of a step is learned once from the real mission. It is then known for every state of this
 shape, whatever its times are.
 """
@@ -18,7 +18,7 @@ from bt_mission.proving.environment import TICK_NS, Environment
 from bt_mission.proving.limits import Due
 
 Times: TypeAlias = tuple[int, ...]
-"""How much time is left of each running limit, ns."""
+"""The time that remains for each running limit, ns."""
 
 
 class DivergedError(Exception):
@@ -26,12 +26,12 @@ class DivergedError(Exception):
 
 
 class Effect(NamedTuple):
-    """What a step does.
+    """The effect of a step.
 
     Attributes:
         shape: Of the state behind it.
         limits: Of each limit behind it the one before it, by index, and 0; or -1 for a limit that
-            the step has begun, and the time that is left of it, ns.
+            the step has begun, and the time that remains for it, ns.
         is_quiet: Did nothing change, so that time passes up to the next limit?
         is_done: Has the mission ended?
         is_stuck: Will nothing more happen?
@@ -65,7 +65,7 @@ class Step(NamedTuple):
         taken: Its options.
         others: The scripts that leave it behind the given one.
         faults_left: Behind it.
-        effect: None where it takes more faults than are left.
+        effect: None where it takes more faults than remain.
     """
 
     taken: Script
@@ -128,7 +128,7 @@ class KnownSteps:
         return number
 
     def key_of(self, shape: int, times: Times) -> bytes:
-        """Return what tells states apart. The time that is left of a lone limit does not."""
+        """Return what distinguishes states. The time that remains for a lone limit does not."""
         told_apart = (times[0] <= TICK_NS,) if self._is_alone[shape] else times
         return marshal.dumps((shape, told_apart), 2)
 
