@@ -18,17 +18,18 @@ from typing_extensions import override
 from bt_mission.core import files
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import kind_of
+from bt_mission.core.files import FileKind, kind_of
 from bt_mission.core.html.pages import render
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import MAX_BYTES
 from bt_mission.editing import patches
+from bt_mission.editing.checks import check_text
 from bt_mission.editing.completion import completion, definition, hover
 from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
 from bt_mission.editing.vocabulary import as_json
-from bt_mission.views.web.edit.checks import boxes, check_mission, explanation, marks
 from bt_mission.views.web.edit.children import Child, relay
+from bt_mission.views.web.edit.marks import boxes, explanation, marks
 from bt_mission.views.web.edit.workspace import ConflictError, EditError, Workspace
 from bt_mission.views.web.gate import FRAMED_HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions
@@ -179,14 +180,12 @@ class EditServer(PageServer):
     def _look_at(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the marks and the nodes of a text."""
         text, path = _text(asked, "text"), self._workspace.path(_text(asked, "name"))
-        kind = "mission" if not path.exists() else kind_of(path)
-        if kind != "mission":
-            return {"marks": [], "boxes": [], "lost": ""}
+        kind: FileKind = kind_of(path) if path.exists() else "mission"
         units = _units(text)
-        notes = marks(check_mission(text, path), text, path)
+        notes = marks(check_text(text, path, kind), text, path)
         for mark in notes:
             mark["from"], mark["to"] = units(mark["from"]), units(mark["to"])
-        return {"marks": notes, "boxes": _boxes(text), "lost": ""}
+        return {"marks": notes, "boxes": _boxes(text) if kind == "mission" else [], "lost": ""}
 
     def _complete(self, asked: dict[str, Any]) -> dict[str, Any]:
         text, offset = _placed(asked)

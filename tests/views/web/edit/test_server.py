@@ -81,6 +81,30 @@ def test_a_text_is_checked_drawn_and_kept_beside_its_file(play: Play, tmp_path: 
     play(scene)
 
 
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("scenario: s\nmission: square\nfaults: 3\n", "BT-301"),
+        ("fleet: f\nrobots: {}\n", "BT-707"),
+        ("world: w\nsize: [4]\nwalls: []\n", "BT-202"),
+        ("requirements: {safe: always}\n", "BT-401"),
+        ("seeds: [1, 2\n", "BT-105"),
+    ],
+)
+def test_files_of_other_kinds_are_checked_as_text(
+    play: Play, tmp_path: Path, text: str, code: str
+) -> None:
+    """They have no tree."""
+    (tmp_path / "other.yaml").write_text(text)
+
+    async def scene(client: Client) -> None:
+        answer = await client.ask("check", name="other.yaml", text=text)
+        assert [mark["code"] for mark in answer["marks"]][:1] == [code]
+        assert not answer["boxes"]
+
+    play(scene)
+
+
 def test_a_file_that_changed_meanwhile_is_not_overwritten(play: Play, tmp_path: Path) -> None:
     """The answer has the text on disk; a forced save replaces it. Line ends stay."""
 

@@ -1,4 +1,4 @@
-"""The check of a text that is being written, for marks in its lines."""
+"""Diagnostics and nodes of a text, as the page shows them."""
 
 from __future__ import annotations
 
@@ -9,25 +9,10 @@ from typing import Any
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.error_catalogue import catalogue
 from bt_mission.core.yaml.composer import split_lines
-from bt_mission.core.yaml.document import read_text
 from bt_mission.editing.outline import outline
 from bt_mission.editing.spans import read_spans
-from bt_mission.language.permissions import Permissions
-from bt_mission.sessions.check import examine
-
-PERMISSIONS = Permissions(python="name", hint="'bt-mission check --import-python' imports it")
-"""A check runs no code of a mission."""
 
 MOST_MARKS = 100
-
-
-def check_mission(text: str, path: Path) -> tuple[Diagnostic, ...]:
-    """Return every error and warning of the text of a mission; its file need not exist."""
-    try:
-        document = read_text(text, str(path))
-    except InputError as error:
-        return error.diagnostics
-    return examine(document, permissions=PERMISSIONS)[1]
 
 
 def marks(diagnostics: Iterable[Diagnostic], text: str, path: Path) -> list[dict[str, Any]]:
