@@ -265,7 +265,7 @@ async function openFile(name) {
   await share();
   if (at.leads && opened.draft === null) await check();
   else await look();
-  drawing.fit(0.7);
+  drawing.orient();
 }
 
 // Shows the drawing without a check, which would replace the unsaved text beside the file.

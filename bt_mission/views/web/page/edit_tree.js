@@ -21,7 +21,7 @@ export const keyOf = (path) => JSON.stringify(path);
 export class Drawing {
   // onSelect(box): the user has selected a box. onAct(name, facts): the user wants a change.
   constructor(onSelect, onAct) {
-    Object.assign(this, { onSelect, onAct, boxes: [], shown: [], folded: new Set(), zoom: 1, isDown: false });
+    Object.assign(this, { onSelect, onAct, boxes: [], shown: [], folded: new Set(), zoom: 1, least: null, isDown: false });
     this.selected = keyOf([]);
     this.marked = null;
     this.statuses = new Map();
@@ -42,6 +42,7 @@ export class Drawing {
     byId("larger").addEventListener("click", () => this.scale(1.25));
     byId("smaller").addEventListener("click", () => this.scale(0.8));
     byId("fit").addEventListener("click", () => this.fit());
+    new ResizeObserver(() => requestAnimationFrame(() => this.refit())).observe(this.box);
   }
 
   get current() { return this.byKey?.get(this.selected) ?? null; }
@@ -59,6 +60,7 @@ export class Drawing {
       this.selected = keyOf(path);
     }
     this.draw();
+    this.refit();
   }
 
   draw() {
@@ -146,20 +148,38 @@ export class Drawing {
   }
 
   scale(factor) {
+    this.least = null;
     this.zoom = Math.min(Math.max(this.zoom * factor, 0.08), 2.5);
     this.size();
   }
 
+  // Fits the drawing into its pane, also when either changes later, until the user zooms.
   fit(least = 0.08) {
-    const zoom = Math.min(this.box.clientWidth / this.width, this.box.clientHeight / this.height, 1);
-    this.zoom = Math.max(zoom, least);
+    this.least = least;
+    this.zoom = Math.max(this.fitting(), least);
     this.size();
   }
 
-  turn() {
-    this.isDown = !this.isDown;
-    byId("turn").textContent = this.isDown ? "Left-right" : "Top-down";
+  refit() { if (this.least !== null && this.box.clientWidth) this.fit(this.least); }
+
+  fitting() { return Math.min(this.box.clientWidth / this.width, this.box.clientHeight / this.height, 1); }
+
+  // Draws the tree in the direction in which it is larger, left to right if both are alike.
+  orient() {
+    const zooms = [false, true].map((isDown) => { this.isDown = isDown; this.layOut(); return this.fitting(); });
+    this.direct(zooms[1] > zooms[0]);
+    this.fit(0.7);
+  }
+
+  direct(isDown) {
+    this.isDown = isDown;
+    byId("turn").textContent = isDown ? "Left-right" : "Top-down";
     this.draw();
+  }
+
+  turn() {
+    this.direct(!this.isDown);
+    this.refit();
     this.reveal();
   }
 
