@@ -320,3 +320,99 @@ def test_every_goal_is_accounted_for_at_the_end(started: Any) -> None:
     run.tick(2)
     assert [event.change for event in ended] == ["abandoned", "sent"]
     assert run.executive.goals_left_behind[0].endswith("of 'left' (lost)")
+
+
+def test_a_named_tree_continues_with_its_variables(started: Any) -> None:
+    """The goal within it continues, and its variables stay apart from those of the mission."""
+    tree = """\
+  tree: look
+  name: looked
+"""
+    head = """\
+mission: test
+trees:
+  look:
+    inputs: {size: 3}
+    do:
+      sequence:
+        - set: {far: size + 1}
+        - turn: {angle: 90}
+          name: left
+          timeout: 9
+        - log: far $far
+"""
+    run = started(tree, head.rstrip())
+    goal = run.turn.goal
+    new = head.replace("log: far $far", "log: so far $far, size $size") + "tree:\n" + tree
+    revision = run.revise(new)
+    assert (revision.is_applied, revision.continues) == (True, ("left",))
+    assert (run.turn.goal, run.turn.cancels) == (goal, [])
+    run.turn.succeed()
+    run.tick()
+    assert (run.status, run.logged) == ("success", ["so far 4, size 3"])
+
+
+def test_a_paused_mission_may_change(started: Any) -> None:
+    """A kept goal continues in the pause; the leaves that were stopped start after it."""
+    run = started(ROUND)
+    run.executive.pause("paused on request", keep_goals=True)
+    assert run.revise(HEAD + ROUND + "    - log: done\n").continues == ("left",)
+    run.executive.pause("paused on request")
+    assert len(run.turn.cancels) == 1
+    revision = run.revise(HEAD + ROUND.replace("angle: 90", "angle: 30"))
+    assert (revision.is_applied, revision.cancels) == (True, ())
+    run.turn.cancel()
+    run.tick(5)
+    assert run.executive.goals_sent == 1
+    run.executive.resume()
+    run.tick()
+    assert (run.executive.goals_sent, run.turn.requests[-1]) == (2, {"angle": 30})
+
+
+def test_a_variable_that_follows_a_topic(play: Any) -> None:
+    """It stays, or needs an initial value; what is not followed any more has no value."""
+    follow = "follow:\n  - {{topic: {0}, type: std_msgs/msg/Float64, field: data, as: {1}{2}}}\n"
+    head = "mission: test\n" + follow.format("charge", "charge", "")
+    wait = "  sequence:\n    - wait: 60\n"
+    run = play(wait, head.rstrip())
+    run.executive.tick()
+    run.topics["charge"].publish(data=0.5)
+    run.tick()
+    other = follow.format("load", "load", "")
+    (reason,) = run.revise("mission: test\n" + other + "tree:\n" + wait).reasons
+    assert reason == (
+        "'load' would follow a topic from now on, and could be read before its first message: "
+        "give it an 'initial' value"
+    )
+    assert run.revise(head + "tree:\n" + wait + "    - log: done\n").is_applied
+    assert (run.scope.values, len(run.topics["charge"].listeners)) == ({"charge": 0.5}, 1)
+    other = follow.format("load", "load", ", initial: 2.0")
+    assert run.revise("mission: test\n" + other + "tree:\n" + wait).is_applied
+    assert (run.scope.values, run.topics["charge"].listeners) == ({"load": 2.0}, [])
+
+
+def test_a_parallel_waits_for_what_has_not_ended(started: Any) -> None:
+    """A child that has ended does not run again, also if it changes; a new one runs."""
+    tree = "  parallel:\n    - log: one\n      name: first\n    - turn: {angle: 90}\n"
+    tree += "      name: left\n      timeout: 9\n"
+    run = started(tree)
+    assert run.logged == ["one"]
+    new = tree.replace("log: one", "log: two") + "    - log: three\n"
+    assert run.revise(HEAD + new).is_applied
+    run.tick()
+    assert run.logged == ["one", "three"]
+    run.turn.succeed()
+    run.tick()
+    assert run.status == "success"
+
+
+def test_what_a_revision_cannot_build_changes_nothing(started: Any) -> None:
+    """A behaviour whose constructor raises is the reason; the running leaf keeps its parent."""
+    run = started(ROUND)
+    text = HEAD + ROUND + "    - python: tests.support.hand:Hand\n"
+    left = run.root.children[0]
+    (reason,) = run.revise(text).reasons
+    assert "tests.support.hand" in reason
+    assert (left.parent, run.executive.revisions, run.turn.cancels) == (run.root, 0, [])
+    run.turn.succeed()
+    assert run.tick() == "RSR"
