@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.cli.argument_types import count, whole
+from bt_mission.cli.argument_types import count, input_file, whole
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, REQUIRE, ROBOT, SET, mission_file
@@ -37,7 +37,8 @@ examples:
   bt-mission prove mine.yaml -o findings        save each finding as a scenario and a test
   bt-mission prove mine.yaml --budget 20000     at most 20000 states; 30s limits the time
 
-exit codes: 0 no violation found, 1 a property does not hold, 2 bad input, 130 interrupted
+exit codes: 0 no violation found, 1 a property does not hold or a revision is refused in some
+state, 2 bad input, 130 interrupted
 """
 
 _BUDGET = re.compile(r"(?P<number>[0-9]+)(?P<unit>s?)")
@@ -55,6 +56,8 @@ def prove(options: argparse.Namespace) -> int:
         refuse_used_folder(options.output)
     mission = _checked(options)
     proof_options = _proof_options(options, mission)
+    if options.revision is not None:
+        proof_options = replace(proof_options, revision=_other_version(options))
     proof = _proved(mission, proof_options, is_quiet=options.json)
     if (options.output or options.confirm) and not proof.is_interrupted:
         proof = _confirmed(proof, mission, proof_options, options.output)
@@ -65,7 +68,18 @@ def prove(options: argparse.Namespace) -> int:
         print(*outcome_rows(proof.outcomes, sys.stdout.encoding), sep="\n")
     if proof.is_interrupted:
         return INTERRUPTED
-    return MISSION_FAILED if proof.findings else SUCCESS
+    is_refused = proof.revision is not None and bool(proof.revision.refusals)
+    return MISSION_FAILED if proof.findings or is_refused else SUCCESS
+
+
+def _other_version(options: argparse.Namespace) -> Mission:
+    """Load and check the version of `--revision`. Raises InputError with every error."""
+    from bt_mission.language.loader import required
+    from bt_mission.sessions.check import examine
+    from bt_mission.sessions.goal_checks import OUR_SERVERS
+
+    permissions = permissions_of(options)
+    return required(examine(options.revision, servers=OUR_SERVERS, permissions=permissions))
 
 
 def _checked(options: argparse.Namespace) -> Mission:
@@ -263,6 +277,13 @@ COMMANDS = {
             SET,
             ROBOT,
             NO_PYTHON,
+            Option(
+                "--revision FILE",
+                "try to change the running mission to this version in every state, and show the "
+                "states in which that is refused",
+                input_file,
+                page="change-while-it-drives",
+            ),
             JSON,
         ),
         EPILOG,

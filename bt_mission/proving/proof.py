@@ -25,6 +25,7 @@ from bt_mission.proving.explorer import (
     replay,
 )
 from bt_mission.proving.known_steps import DivergedError
+from bt_mission.proving.revision import RevisedEverywhere, RevisionClaims
 
 USUAL_FAULTS = 2
 _OUTCOME = re.compile(r"('[^']+') ([a-z ]+)(?::.*)?", re.DOTALL)
@@ -43,6 +44,7 @@ class ProofOptions:
         rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
             above 10.
         with_outcomes: Collect the outcomes that nodes have on some way.
+        revision: Another version of the mission, which is tried in every state.
     """
 
     faults: float = USUAL_FAULTS
@@ -52,6 +54,7 @@ class ProofOptions:
     rounds: int | None = None
     bounds: Bounds = field(default_factory=Bounds)
     with_outcomes: bool = False
+    revision: Mission | None = None
 
     def environment(self, mission: Mission, faults: float | None = None) -> Environment:
         """Return a mission before its first step."""
@@ -178,6 +181,7 @@ class Proof:
             A finding may need a run that real time rules out.
         outcomes: The nodes with the outcomes that they can have; those that some way reaches are
             counted. Empty where nobody asked.
+        revision: Whether the mission can become another version in every state; None without one.
     """
 
     mission: str
@@ -195,6 +199,7 @@ class Proof:
     abstracted: tuple[str, ...] = ()
     outcomes: tuple[CoveragePlace, ...] = ()
     is_interrupted: bool = False
+    revision: RevisedEverywhere | None = None
 
     @property
     def endings(self) -> list[str]:
@@ -225,6 +230,8 @@ class Proof:
             "abstracted": list(self.abstracted),
             "requirements": [asdict(entry) for entry in self.requirements],
         }
+        if self.revision is not None:
+            data["revision"] = self.revision.as_dict()
         if self.outcomes:
             data["tree"] = [
                 {"node": place.label, "reached": _reached(place), "missing": place.missing}
@@ -245,7 +252,8 @@ class Proof:
         lines += [f"  ends the mission: {reasons}" for reasons in self.endings]
         lines += [f"  {entry}" for entry in self.requirements]
         text = "\n".join(map(escape_control, lines))
-        return "\n".join([text, *map(str, self.findings)])
+        revision = [] if self.revision is None else [str(self.revision)]
+        return "\n".join([text, *revision, *map(str, self.findings)])
 
 
 def _reached(place: CoveragePlace) -> list[str]:
@@ -286,11 +294,17 @@ def _proved(
 ) -> Proof:
     """Return the result. Raises DivergedError where known steps lead to what no run shows."""
     claims, environment = Claims(), options.environment(mission)
+    revision = None
+    if options.revision is not None:
+        revision = RevisedEverywhere()
+        claims = RevisionClaims(mission, options.revision, revision)
     record = None
     if options.with_outcomes:
         record = CoverageRecord.attach(mission, environment.executive)
     explored = explore(environment, claims, options.bounds, elapsed_s, on_progress, learns=learns)
     claims.finish(explored)
+    if revision is not None:
+        revision.find_ways(lambda state: _steps_to(state, explored, mission, options))
     never = tuple(claims.never_entered(environment))
     findings = [
         _finding(broken, explored, mission, options, is_checked=learns)
@@ -337,6 +351,7 @@ def _proved(
         abstracted=tuple(environment.abstracted),
         outcomes=record.places if record is not None else (),
         is_interrupted=explored.why_not == "interrupted",
+        revision=revision,
     )
 
 
@@ -373,6 +388,13 @@ def _finding(
     return Finding(
         name, broken.node, broken.text, tuple(steps), tuple(way), broken.requirement, broken
     )
+
+
+def _steps_to(
+    state: int, explored: Explored, mission: Mission, options: ProofOptions
+) -> tuple[str, ...]:
+    way = explored.way_to(state)
+    return tuple(line for words in replay(options.environment(mission), way) for line in words)
 
 
 def _dead_nodes(
