@@ -100,7 +100,10 @@ def revise(number: int, graph: LiveGraph, text: str) -> tuple[str, str]:
     lines = done.output.strip().splitlines() or [""]
     if "Traceback" in done.output or code not in (0, 1):
         return "failed", f"exit code {code}: {lines[-3:]}"
-    result = json.loads(lines[-1])
+    results = [json.loads(line) for line in lines if line.startswith("{")]
+    if not results:
+        return "failed", f"no result: {lines[-3:]}"
+    (result,) = results
     came = "applied" if result["is_applied"] else f"refused: {result['reasons']}"
     return came, "" if (code == 0) == result["is_applied"] else f"exit code {code}, but {came}"
 

@@ -39,18 +39,26 @@ def revise(options: argparse.Namespace) -> int:
 
     with ExecutiveDirectory() as graph:
         executive = look_for(graph, options)
-        if executive is None:
-            return MISSION_FAILED
+        if executive is None:  # the reason was printed
+            return _refused(options, f"{options.executive} was not found")
         answer = graph.revise(executive.name, _request(mission, options), ANSWER_S)
     if answer is None:
         print(f"{executive.name}/revise does not answer", file=sys.stderr)
-        return MISSION_FAILED
-    if options.json:
-        refused = {"is_applied": False, "reasons": [answer.message]}
-        print(answer.revision or json.dumps(refused))
-    else:
+        return _refused(options, f"{executive.name}/revise does not answer")
+    if not options.json:
         print(answer.message, file=sys.stdout if answer.success else sys.stderr)
+    elif not answer.revision:
+        return _refused(options, answer.message)
+    else:
+        print(answer.revision)
     return SUCCESS if answer.success else MISSION_FAILED
+
+
+def _refused(options: argparse.Namespace, reason: str) -> int:
+    """Print the result of a version that no executive has taken; return the exit code."""
+    if options.json:
+        print(json.dumps({"is_applied": False, "reasons": [reason]}))
+    return MISSION_FAILED
 
 
 def _examined(options: argparse.Namespace) -> Mission:
