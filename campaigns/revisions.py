@@ -84,13 +84,17 @@ class Outcome:
 
 
 def places(node: Node) -> list[tuple[Any, Any]]:
-    """Return each place of a node below this one: its list or mapping, and the key."""
+    """Return each place of a node below this one: its list or mapping, and the key.
+
+    Those directly in a parallel are left out: a second node there could drive the base, too.
+    """
     boxes: list[tuple[Any, Any]] = []
-    for key in ("sequence", "fallback", "parallel", "choose"):
+    for key in ("sequence", "fallback", "choose"):
         if isinstance(node.get(key), list):
             boxes += [(node[key], index) for index in range(len(node[key]))]
     boxes += [(node, key) for key in ("do", "then", "else", "invert") if key in node]
-    return boxes + [place for box, key in tuple(boxes) for place in places(box[key])]
+    inside = [*(box[key] for box, key in boxes), *node.get("parallel", ())]
+    return boxes + [place for child in inside for place in places(child)]
 
 
 def named(node: Node, draws: Draws, numbers: Counter[str]) -> Node:
