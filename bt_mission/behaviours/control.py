@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import py_trees
@@ -20,7 +20,26 @@ from bt_mission.language.nodes.decorators import ForEachNode
 from bt_mission.language.nodes.fields import LIMIT
 
 
-class Sequence(Hooked, py_trees.composites.Sequence):
+class _InOrder(Hooked, Composite):
+    """Ticks its children in order. It ticks and stops as in py_trees, without lines for a log."""
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with this status; reset the children of a node that is reset or halted."""
+        self.note_reset(new_status)
+        if new_status is Status.INVALID:
+            self.current_child = None
+            self._reset(self.children)
+        self.status = new_status
+        self.iterator = self.tick()
+
+    def _reset(self, children: Iterable[Behaviour]) -> None:
+        invalid = Status.INVALID
+        for child in children:
+            if child.status is not invalid:
+                child.stop(invalid)
+
+
+class Sequence(_InOrder, py_trees.composites.Sequence):
     """The sequence of py_trees.
 
     With memory it succeeds if it runs and has no current child: a revision removed the rest.
@@ -30,13 +49,31 @@ class Sequence(Hooked, py_trees.composites.Sequence):
         super().__init__(node.label, node.memory, values.children)
 
     def walk(self) -> Iterator[Behaviour]:
-        """Tick the children in order."""
-        if self.status is Status.RUNNING and self.current_child is None and self.memory:
-            return _ended(self, Status.SUCCESS)
-        return py_trees.composites.Sequence.tick(self)
+        """Tick the children from the present one on, as long as they succeed."""
+        children, success, first = self.children, Status.SUCCESS, 0
+        if self.status is not Status.RUNNING:
+            self._reset(children)
+        elif self.memory:
+            present = self.current_child
+            first = len(children) if present is None else children.index(present)
+        for index in range(first, len(children)):
+            child = self.current_child = children[index]
+            yield from child.tick()
+            status = child.status
+            if status is not success:
+                if not self.memory:
+                    self._reset(children[index + 1 :])
+                if status is Status.RUNNING:
+                    self.status = status
+                else:
+                    self.stop(status)
+                yield self
+                return
+        self.stop(success)
+        yield self
 
 
-class Selector(Hooked, py_trees.composites.Selector):
+class Selector(_InOrder, py_trees.composites.Selector):
     """The selector of py_trees.
 
     With memory it fails if it runs and has no current child: a revision removed the rest.
@@ -46,16 +83,33 @@ class Selector(Hooked, py_trees.composites.Selector):
         super().__init__(node.label, node.memory, values.children)
 
     def walk(self) -> Iterator[Behaviour]:
-        """Tick the children in order."""
-        if self.status is Status.RUNNING and self.current_child is None and self.memory:
-            return _ended(self, Status.FAILURE)
-        return py_trees.composites.Selector.tick(self)
-
-
-def _ended(node: Composite, status: Status) -> Iterator[Behaviour]:
-    """End a composite without a tick of its children."""
-    node.stop(status)
-    yield node
+        """Tick the children from the present one on, until one does not fail."""
+        children, failure, first = self.children, Status.FAILURE, 0
+        if self.status is not Status.RUNNING:
+            self.current_child = children[0] if children else None
+        before = self.current_child
+        if self.memory and before is not None:
+            first = children.index(before)
+            self._reset(children[:first])
+        elif self.memory:
+            children = []
+        for index in range(first, len(children)):
+            child = children[index]
+            yield from child.tick()
+            status = child.status
+            if status is not failure:
+                self.current_child = child
+                if child is not before:
+                    self._reset(children[index + 1 :])
+                if status is Status.RUNNING:
+                    self.status = status
+                else:
+                    self.stop(status)
+                yield self
+                return
+        self.stop(failure)
+        self.current_child = children[-1] if children else None
+        yield self
 
 
 class Parallel(Hooked, py_trees.composites.Parallel):

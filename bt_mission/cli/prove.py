@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
     from bt_mission.proving.explorer import Bounds, Progress
     from bt_mission.proving.proof import Proof, ProofOptions
+    from bt_mission.scenarios.scenario import ScenarioResult
 
 EPILOG = """\
 examples:
@@ -139,7 +140,7 @@ def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Pa
     from bt_mission.proving.proof import StageRun
 
     if folder is not None:
-        findings = tuple(confirmed(proof.findings, mission, options, folder))
+        findings = tuple(confirmed(proof.findings, mission, options, folder, _reported))
         proof = replace(proof, findings=findings)
         _write_pages(proof, folder)
         return proof
@@ -151,27 +152,40 @@ def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Pa
     return replace(proof, findings=findings)
 
 
-def _write_pages(proof: Proof, folder: Path) -> None:
-    """Write the page of a proof, and the report of the run of each finding that has a scenario."""
+def _reported(scenario: Path) -> ScenarioResult:
+    """Run a scenario, and write the report of the run beside it."""
     from tempfile import TemporaryDirectory
 
-    from bt_mission.core.output import make_folder_of, write_file
     from bt_mission.scenarios.loader import load_scenario
     from bt_mission.sweeps.work import record_scenario
-    from bt_mission.views.proofs.page import page_of
     from bt_mission.views.web.report.page import write_report
+
+    loaded = load_scenario(scenario)
+    with TemporaryDirectory() as name:
+        recording = Path(name) / "run.mcap"
+        result = loaded.judge(record_scenario(loaded, recording))
+        write_report(recording, _report_of(scenario))
+    return result
+
+
+def _report_of(scenario: Path) -> Path:
+    return scenario.with_name(scenario.name.removesuffix(".scenario.yaml") + ".html")
+
+
+def _write_pages(proof: Proof, folder: Path) -> None:
+    """Write the page of a proof; keep the report of each run that shows whether a finding holds."""
+    from bt_mission.core.output import make_folder_of, write_file
+    from bt_mission.views.proofs.page import page_of
 
     runs = {}
     for number, finding in enumerate(proof.findings, 1):
-        if finding.stage is None or finding.stage.is_confirmed is None:
+        if finding.stage is None or not finding.stage.scenario:
             continue
-        scenario = Path(finding.stage.scenario)
-        page = scenario.with_name(scenario.name.removesuffix(".scenario.yaml") + ".html")
-        with TemporaryDirectory() as name:
-            recording = Path(name) / "run.mcap"
-            record_scenario(load_scenario(scenario), recording)
-            write_report(recording, page)
-        runs[number] = page.name
+        report = _report_of(Path(finding.stage.scenario))
+        if finding.stage.is_confirmed is None:
+            report.unlink(missing_ok=True)
+        else:
+            runs[number] = report.name
     page = folder / PAGE
     make_folder_of(page)
     write_file(page, page_of(proof, runs))

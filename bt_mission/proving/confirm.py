@@ -130,9 +130,20 @@ def scenario_data(
 
 
 def confirmed(
-    findings: Sequence[Finding], mission: Mission, options: ProofOptions, folder: Path
+    findings: Sequence[Finding],
+    mission: Mission,
+    options: ProofOptions,
+    folder: Path,
+    run: Callable[[Path], ScenarioResult] = run_scenario,
 ) -> Iterator[Finding]:
     """Write each finding as a scenario and a test into a folder, run it, and add what it shows.
+
+    Args:
+        findings: Of the mission.
+        mission: The mission.
+        options: Those of the exploration.
+        folder: For the files.
+        run: Runs a scenario.
 
     Raises:
         BtMissionError: A file cannot be written.
@@ -145,7 +156,7 @@ def confirmed(
         except BtMissionError as error:
             yield replace(finding, stage=StageRun(why_not=str(error)))
             continue
-        yield replace(finding, stage=_run(finding, data, mission, options, folder / name))
+        yield replace(finding, stage=_run(finding, data, mission, options, folder / name, run))
 
 
 def _run(
@@ -154,6 +165,7 @@ def _run(
     mission: Mission,
     options: ProofOptions,
     stem: Path,
+    run: Callable[[Path], ScenarioResult],
 ) -> StageRun:
     """Write the files of a finding, and run them; of random draws, with several seeds."""
     check, environment = check_of(finding), options.environment(mission)
@@ -165,7 +177,7 @@ def _run(
     for seed in seeds:
         files = _written(finding, {**data, **seed}, stem)
         try:
-            result = run_scenario(files.scenario)
+            result = run(Path(files.scenario))
         except BtMissionError as error:
             return replace(files, why_not=f"it cannot run: {error}")
         if check.shows(result):

@@ -112,8 +112,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collect scenarios and fleets."""
+    """Collect scenarios and fleets.
+
+    A scenario with its own test beside it, as `prove` writes it, runs by that test. It is
+    collected only where it is named.
+    """
     if not file_path.name.endswith((".scenario.yaml", ".fleet.yaml")):
+        return None
+    test = file_path.with_name(f"test_{file_path.name.removesuffix('.scenario.yaml')}.py")
+    if test.exists() and not parent.session.isinitpath(file_path):
         return None
     from bt_mission.testing.file_items import FileItems
 

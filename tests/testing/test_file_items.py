@@ -32,6 +32,16 @@ def test_a_scenario_is_a_test(pytester: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(["turns.scenario.yaml::turns PASSED*"])
 
 
+def test_a_scenario_beside_its_own_test_is_run_once(pytester: pytest.Pytester) -> None:
+    """By that test; by its name it is still run."""
+    scenario = pytester.makefile(".scenario.yaml", turns=SCENARIO.format("success"))
+    pytester.makepyfile(test_turns="def test_turns(): pass")
+    result = pytester.runpytest("-v")
+    result.assert_outcomes(passed=1)
+    result.stdout.no_fnmatch_line("turns.scenario.yaml*")
+    pytester.runpytest(scenario).assert_outcomes(passed=1)
+
+
 def test_a_failure_tells_the_place_and_keeps_the_recording(pytester: pytest.Pytester) -> None:
     """As that of a test in Python: what happened, and what to type."""
     pytester.makefile(".scenario.yaml", turns=SCENARIO.format("failure"))
