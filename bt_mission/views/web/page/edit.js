@@ -424,7 +424,7 @@ async function begin() {
   form = new Form(vocabulary, (box, keys, value, isText) => act({ do: "set", path: box.path, keys, value, is_text: isText }));
   text = new TextPane(changed, (offset) => {
     const box = drawing.innermost(offset);
-    if (box && keyOf(box.path) !== drawing.selected) { drawing.selected = keyOf(box.path); drawing.draw(); drawing.reveal(); form.show(box); text.show(box.start, box.end, false); }
+    if (box && keyOf(box.path) !== drawing.selected) drawing.choose(box, false);
   }, [{ key: "Mod-s", run: () => { showDifference(); return true; } }]);
   palette = new Palette(vocabulary.kinds, (event, kind) => { event.preventDefault(); drawing.drag(event, { kind }); }, insert);
   runs = new RunPane((statuses) => {

@@ -6,6 +6,7 @@ const SVG = "http://www.w3.org/2000/svg";
 const [WIDTH, HEIGHT] = [168, 40];
 const MARGIN = 16;
 const FAR = 6;
+const MOST_PAINTED = 300;
 
 function shape(tag, attributes, className = "", text = "") {
   const made = document.createElementNS(SVG, tag);
@@ -37,6 +38,7 @@ export class Drawing {
       event.preventDefault();
       this.scale(event.deltaY < 0 ? 1.15 : 1 / 1.15);
     }, { passive: false });
+    this.box.addEventListener("scroll", () => { if (this.shown.length > MOST_PAINTED) this.draw(); });
     byId("turn").addEventListener("click", () => this.turn());
     byId("fold-all").addEventListener("click", () => this.foldAll());
     byId("larger").addEventListener("click", () => this.scale(1.25));
@@ -63,17 +65,34 @@ export class Drawing {
     this.refit();
   }
 
+  // Lays the boxes out now, and paints them once, with the next frame.
   draw() {
     this.layOut();
+    this.size();
+    this.isStale ||= requestAnimationFrame(() => this.paint()) > 0;
+  }
+
+  paint() {
+    this.isStale = false;
     const whole = shape("g", {});
+    const seen = this.inView();
     for (const box of this.shown) {
-      for (const child of this.below(box)) whole.append(this.edge(box, child));
+      for (const child of this.below(box)) if (seen(box, child)) whole.append(this.edge(box, child));
     }
-    for (const box of this.shown) whole.append(this.node(box));
+    for (const box of this.shown) if (seen(box, box)) whole.append(this.node(box));
     this.picture.replaceChildren(whole);
     this.whole = whole;
-    this.size();
     this.box.setAttribute("aria-activedescendant", this.current ? `box-${this.current.index}` : "");
+  }
+
+  // Of a large tree only what is in view is painted, and some of what is around it.
+  inView() {
+    if (this.shown.length <= MOST_PAINTED) return () => true;
+    const view = this.box;
+    const [left, top] = [view.scrollLeft / this.zoom, view.scrollTop / this.zoom];
+    const [right, bottom] = [left + view.clientWidth / this.zoom, top + view.clientHeight / this.zoom];
+    return (one, other) => Math.max(one.x, other.x) + WIDTH >= left && Math.min(one.x, other.x) <= right
+      && Math.max(one.y, other.y) + HEIGHT >= top && Math.min(one.y, other.y) <= bottom;
   }
 
   below(box) { return this.folded.has(keyOf(box.path)) ? [] : this.children[box.index]; }
@@ -150,14 +169,14 @@ export class Drawing {
   scale(factor) {
     this.least = null;
     this.zoom = Math.min(Math.max(this.zoom * factor, 0.08), 2.5);
-    this.size();
+    this.draw();
   }
 
   // Fits the drawing into its pane, also when either changes later, until the user zooms.
   fit(least = 0.08) {
     this.least = least;
     this.zoom = Math.max(this.fitting(), least);
-    this.size();
+    this.draw();
   }
 
   refit() { if (this.least !== null && this.box.clientWidth) this.fit(this.least); }
@@ -209,9 +228,13 @@ export class Drawing {
 
   choose(box, isByUser = true) {
     if (!box) return;
-    for (let above = this.boxes[box.parent]; above; above = this.boxes[above.parent]) this.folded.delete(keyOf(above.path));
+    let isHidden = false;
+    for (let above = this.boxes[box.parent]; above; above = this.boxes[above.parent]) isHidden = this.folded.delete(keyOf(above.path)) || isHidden;
+    const before = this.current;
     this.selected = keyOf(box.path);
-    this.draw();
+    if (isHidden || this.isStale) this.draw();
+    else for (const one of [before, box]) if (one) byId(`box-${one.index}`)?.setAttribute("aria-selected", one === box);
+    this.box.setAttribute("aria-activedescendant", `box-${box.index}`);
     this.reveal();
     this.onSelect(box, isByUser);
   }
