@@ -234,8 +234,13 @@ def _read_list(attribute: Attribute) -> LocatedValue:
         usual = "a list is written as in YAML, such as [1.0, 0.5, 90]"
         raise MisreadError(
             *(
-                (one.code, attribute.within(max(one.column, 1) - 1), one.message, one.hint or usual)
-                for one in error.diagnostics
+                (
+                    diagnostic.code,
+                    attribute.within(max(diagnostic.column, 1) - 1),
+                    diagnostic.message,
+                    diagnostic.hint or usual,
+                )
+                for diagnostic in error.diagnostics
             )
         ) from None
     return LocatedValue(data, _moved(place, (line, column + 1)))

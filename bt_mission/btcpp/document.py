@@ -69,9 +69,9 @@ def document_of(
     # Without a file that cannot be included, everything that uses its trees would be an error.
     part = reader.mission() if reader.known.has_all_files else None
     files = list(reader.files())
-    if part is not None and not any(one.diagnostics for one in files):
+    if part is not None and not any(source.diagnostics for source in files):
         reader.refuse_size(part.place)
-    diagnostics = [diagnostic for one in files for diagnostic in one.diagnostics]
+    diagnostics = [diagnostic for source in files for diagnostic in source.diagnostics]
     if diagnostics or part is None:
         raise InputError(in_order(diagnostics))
     return reader.document(part)
@@ -86,7 +86,7 @@ def mission_yaml(path: str | Path) -> str:
     document = read_xml(path)
     mission = required(read_mission(document))
     data = {key: value for key, value in document.data.items() if key != "include"}
-    more = [one.data.get("trees", {}) for one in mission.included]
+    more = [included.data.get("trees", {}) for included in mission.included]
     if trees := {name: tree for part in more for name, tree in part.items()}:
         own = {**data.pop("trees", {}), **trees}
         data = {**data, "trees": own, "tree": data.pop("tree")}
@@ -132,8 +132,8 @@ class _FileReader(XmlNodeReader):
     def files(self) -> Iterator[_FileReader]:
         """Yield this reader, and those of the files that it includes, directly or not."""
         yield self
-        for _, _, one in self._included:
-            yield from one.files()
+        for _, _, inner in self._included:
+            yield from inner.files()
 
     def scan(self) -> None:
         """Find the trees and ports of the file, and of those that it includes."""
@@ -142,13 +142,13 @@ class _FileReader(XmlNodeReader):
             self.report("BT-1202", root.at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
             return
         self.refuse(root.attributes.values(), "root", ("BTCPP_format", "main_tree_to_execute"))
-        found = root.attributes.get("BTCPP_format")
-        if found is None:
+        version = root.attributes.get("BTCPP_format")
+        if version is None:
             message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
             self.report("BT-1207", root.at, message, f'write <root BTCPP_format="{FORMAT}">')
-        elif found.value != FORMAT:
-            message = f"expected format {FORMAT}, got {quoted(found.value)}"
-            self.report("BT-1203", found.value_at, message)
+        elif version.value != FORMAT:
+            message = f"expected format {FORMAT}, got {quoted(version.value)}"
+            self.report("BT-1203", version.value_at, message)
         if root.text:
             self.report(
                 "BT-1209", root.text_at, f"text outside of any element: {quoted(root.text)}"
@@ -172,22 +172,24 @@ class _FileReader(XmlNodeReader):
         root = self.source.root
         if root.tag != "root":
             return None
-        for one in self.files():
-            one.trees = {name: self.known.ports[name] for name in self.known.owners}
+        for part in self.files():
+            part.trees = {name: self.known.ports[name] for name in self.known.owners}
         main = self._main(root)
         if main is None:
             return None
         element = self._trees[main]
         head = [*self._head(main, self.known.ports[main]), *self.parts(main)]
         head.append(("tree", element.at, self._body(element)))
-        for one in [*self.files()][1:]:
-            one.library = mapping(one.source.root.at, one.parts())
+        for part in [*self.files()][1:]:
+            part.library = mapping(part.source.root.at, part.parts())
         return mapping(root.at, head)
 
     def document(self, part: LocatedValue) -> Document:
         """Return the file as a document, with those that it includes."""
         included = {
-            entry: one.document(one.library) for entry, _, one in self._included if one.library
+            entry: inner.document(inner.library)
+            for entry, _, inner in self._included
+            if inner.library
         }
         source = self.source
         return Document(source.file, part.data, part.place, source.lines, included)
@@ -210,13 +212,13 @@ class _FileReader(XmlNodeReader):
 
     def _take_models(self, models: Element) -> None:
         """Take in what is declared of trees; models of other nodes say nothing new."""
-        found: dict[str, TreePorts] = {}
+        new_ports: dict[str, TreePorts] = {}
         for element in models.children:
             if element.tag == SUBTREE and "ID" in element.attributes:
-                ports = found.setdefault(element.attributes["ID"].value, TreePorts())
+                ports = new_ports.setdefault(element.attributes["ID"].value, TreePorts())
                 for child in element.children:
                     ports.declare(child, self)
-        self.known.ports |= found
+        self.known.ports |= new_ports
 
     def _take_tree(self, tree: Element, name: Attribute) -> None:
         owner = self.known.owners.setdefault(name.value, self)
@@ -287,7 +289,9 @@ class _FileReader(XmlNodeReader):
         for key, at, _ in ports.outputs.values():
             self.report("BT-1210", at, f"a mission has no outputs, such as {quoted(key)}")
         yield from _section("inputs", [*ports.sections["inputs"].values()])
-        yield from _section("requirements", [self._requirement(one) for one in ports.requirements])
+        yield from _section(
+            "requirements", [self._requirement(requirement) for requirement in ports.requirements]
+        )
 
     def _requirement(self, element: Element) -> Entry:
         """Return the entry of a requirement of the mission."""
@@ -300,7 +304,9 @@ class _FileReader(XmlNodeReader):
         action = attributes.get("on_violation")
         if action is None:
             return name.value, name.value_at, plain_text(formula)
-        entries = [(one.name, one.at, plain_text(one)) for one in (formula, action)]
+        entries = [
+            (attribute.name, attribute.at, plain_text(attribute)) for attribute in (formula, action)
+        ]
         return name.value, name.value_at, mapping(element.at, entries)
 
     def _tree_name(self, element: Element) -> str:
@@ -318,18 +324,18 @@ class _FileReader(XmlNodeReader):
         for attribute in ports.metadata.values():
             if attribute.name != TREE_NAME:
                 self.report("BT-1210", attribute.at, "metadata is read only from the main tree")
-        for one in ports.requirements:
-            self.report("BT-1210", one.at, "requirements belong to the main tree")
-        for key, found in ports.sections.items():
-            entries += _section(key, [*found.values()])
+        for requirement in ports.requirements:
+            self.report("BT-1210", requirement.at, "requirements belong to the main tree")
+        for key, declared in ports.sections.items():
+            entries += _section(key, [*declared.values()])
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
 
     def _description(self, element: Element) -> Iterator[Entry]:
         attributes = element.attributes
         known = ("ID", "_description")
         self.refuse(attributes.values(), "BehaviorTree", known, "_fullpath")
-        if found := attributes.get("_description"):
-            yield "description", found.at, plain_text(found)
+        if description := attributes.get("_description"):
+            yield "description", description.at, plain_text(description)
 
     def _body(self, element: Element) -> LocatedValue:
         if element.text:
@@ -354,7 +360,7 @@ class _FileReader(XmlNodeReader):
                 self.report("BT-103", (part.line, part.column), message)
                 return
             inner = part.parts.values() if isinstance(part.parts, dict) else part.parts or ()
-            waiting += [(one, depth + 1) for one in inner]
+            waiting += [(nested, depth + 1) for nested in inner]
         if count > MAX_VALUES:
             self.report("BT-103", (1, 1), f"the file exceeds the limit of {MAX_VALUES:,} values")
 
@@ -394,7 +400,9 @@ class _FileReader(XmlNodeReader):
         else:
             name = _file_among(known.texts, path, self.within[0])
         if name in self.within:
-            ring = " -> ".join(PurePath(one).name for one in (*reversed(self.within), name))
+            ring = " -> ".join(
+                PurePath(file_name).name for file_name in (*reversed(self.within), name)
+            )
             raise _IncludeError("BT-112", f"the files include each other: {ring}")
         if name in known.included:
             return None
@@ -425,10 +433,10 @@ def _file_among(texts: Mapping[str, str], path: str, file: str) -> str:
     """Return the name of a file that another one includes, among those that may be."""
     beside = os.path.normpath(Path(file).parent / path)
     like = [name for name in texts if PurePath(name).match(path)]
-    found = next((name for name in (beside, *like) if name in texts), None)
-    if found is None:
+    tree_id = next((name for name in (beside, *like) if name in texts), None)
+    if tree_id is None:
         raise _IncludeError("BT-112", f"no such file {quoted(path)}")
-    return found
+    return tree_id
 
 
 def _located_file(path: str, package: str | None, file: str) -> str:

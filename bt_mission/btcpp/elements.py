@@ -52,10 +52,10 @@ class Attribute:
     def within(self, offset: int) -> At:
         """Return where a character of the value stands (from 0), as it is written in the file."""
         written = 0
-        for count, found in enumerate(_CHARACTER.finditer(self.raw)):
-            if count == offset or found.group() in "\r\n":
+        for count, match in enumerate(_CHARACTER.finditer(self.raw)):
+            if count == offset or match.group() in "\r\n":
                 break
-            written = found.end()
+            written = match.end()
         return self.value_at[0], self.value_at[1] + 1 + written
 
 
@@ -91,7 +91,7 @@ class _XmlParser:
         self._text = text
         self._file = file
         self._lines = tuple(_BREAK.split(text))
-        self._starts = [0, *(found.end() for found in _BREAK.finditer(text))]
+        self._starts = [0, *(line_break.end() for line_break in _BREAK.finditer(text))]
         self._bytes = text.encode("utf-8", "replace")
         self._last = (0, 0)  # bytes and characters up to the last place that was looked for
         self._stack: list[Element] = []
@@ -134,11 +134,11 @@ class _XmlParser:
             self._fail("BT-103", message, element.at)
         values = dict(zip(flat[::2], flat[1::2], strict=True))
         at = offset + 1 + len(tag)
-        while found := _ATTRIBUTE.match(self._text, at):
-            name = found[1]
-            places = self._place(found.start(1)), self._place(found.start(2))
-            element.attributes[name] = Attribute(name, values[name], *places, raw=found[2][1:-1])
-            at = found.end()
+        while match := _ATTRIBUTE.match(self._text, at):
+            name = match[1]
+            places = self._place(match.start(1)), self._place(match.start(2))
+            element.attributes[name] = Attribute(name, values[name], *places, raw=match[2][1:-1])
+            at = match.end()
         if self._stack:
             self._stack[-1].children.append(element)
         else:
@@ -206,14 +206,14 @@ def xml_text(root: Tag) -> str:
 
 def _tag_lines(tag: Tag, pad: str) -> Iterator[str]:
     end = ">" if tag.children else "/>"
-    said = [f'{name}="{_escaped(value)}"' for name, value in tag.attributes.items()]
-    line = " ".join([f"{pad}<{tag.name}", *said]) + end
-    if len(line) <= WIDTH or len(said) < 2:
+    attributes = [f'{name}="{_escaped(value)}"' for name, value in tag.attributes.items()]
+    line = " ".join([f"{pad}<{tag.name}", *attributes]) + end
+    if len(line) <= WIDTH or len(attributes) < 2:
         yield line
     else:
         yield f"{pad}<{tag.name}"
-        yield from (f"{pad}    {one}" for one in said[:-1])
-        yield f"{pad}    {said[-1]}{end}"
+        yield from (f"{pad}    {attribute}" for attribute in attributes[:-1])
+        yield f"{pad}    {attributes[-1]}{end}"
     for child in tag.children:
         yield from _tag_lines(child, f"{pad}  ")
     if tag.children:
@@ -223,4 +223,6 @@ def _tag_lines(tag: Tag, pad: str) -> Iterator[str]:
 def _escaped(value: str) -> str:
     """Return the value of an attribute, with references for what does not show as itself."""
     text = value.translate(_ESCAPES)
-    return "".join(one if is_shown(one) else f"&#{ord(one)};" for one in text)
+    return "".join(
+        character if is_shown(character) else f"&#{ord(character)};" for character in text
+    )

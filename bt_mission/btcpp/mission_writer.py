@@ -227,8 +227,8 @@ class _NodeWriter:
             self.refuse((*path, "succeed_when"), *_NAMED_CHILDREN)
         else:
             keys = ("succeed_when", "fail_when", "rest")
-            said = [f"'{key}: {data.get(key, table.default_of(kind, key))}'" for key in keys]
-            what = f"the combination of {', '.join(said[:-1])} and {said[-1]}"
+            settings = [f"'{key}: {data.get(key, table.default_of(kind, key))}'" for key in keys]
+            what = f"the combination of {', '.join(settings[:-1])} and {settings[-1]}"
             self.refuse((*path, "rest"), what, _POLICY, key=True)
 
 

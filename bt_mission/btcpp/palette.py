@@ -44,7 +44,7 @@ def palette_xml(shapes: FindShapes | None = None, used: Used | None = None) -> s
 def used_attributes(tags: Iterable[Tag]) -> Used:
     """Return the attributes of the leaves in trees, in the order of their first uses."""
     used: dict[str, dict[str, bool]] = {}
-    for tag in (inner for one in tags for inner in one.walk() if leaf_row(inner.name)):
+    for tag in (inner for candidate in tags for inner in candidate.walk() if leaf_row(inner.name)):
         attributes = used.setdefault(tag.name, {})
         for name, value in tag.attributes.items():
             is_computed = not (is_constant(value) or referred(value))
@@ -121,8 +121,10 @@ def _ports(kind: str, shapes: FindShapes | None) -> dict[str, str | None]:
         if isinstance(column, Port):
             ports[column.name] = None
         elif isinstance(column, Ports):
-            for found in interfaces:
-                for path, shape in _nested(found.keeps if column.prefix == OUT else found.sends):
+            for interface in interfaces:
+                for path, shape in _nested(
+                    interface.keeps if column.prefix == OUT else interface.sends
+                ):
                     attribute = column.attribute(path)
                     label = value_type(shape) if short else None
                     if attribute is not None:

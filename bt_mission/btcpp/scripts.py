@@ -74,8 +74,8 @@ def to_script(text: str) -> str | None:
     """Return an expression as a script that comes back as the same text, or None."""
     script = ""
     skip = False
-    for found in re.finditer(r"'[^']*'|[A-Za-z_][A-Za-z0-9_]*|.", text, re.DOTALL):
-        piece = found.group()
+    for match in re.finditer(r"'[^']*'|[A-Za-z_][A-Za-z0-9_]*|.", text, re.DOTALL):
+        piece = match.group()
         if skip and piece != " ":
             return None
         if not skip:
@@ -98,7 +98,7 @@ def _literal(text: str) -> Any:
 
 def assignments(code: str) -> list[tuple[str, int, Any]]:
     """Return the variables that a script sets: name, column, value. Raises ScriptError."""
-    found: list[tuple[str, int, Any]] = []
+    assignments: list[tuple[str, int, Any]] = []
     at = 0
     while at <= len(code):
         statement = _STATEMENT.match(code, at)
@@ -106,9 +106,11 @@ def assignments(code: str) -> list[tuple[str, int, Any]]:
         if code[statement.end() : statement.end() + 1] == "'":
             raise ScriptError("BT-1206", "this quoted text is never closed", statement.end() + 1)
         if statement.group().strip():
-            found.append(_assignment(statement.group(), at, {name for name, _, _ in found}))
+            assignments.append(
+                _assignment(statement.group(), at, {name for name, _, _ in assignments})
+            )
         at = statement.end() + 1
-    return found
+    return assignments
 
 
 def written_assignments(values: dict[str, Any]) -> str | None:
@@ -168,13 +170,13 @@ ASSIGNMENTS = Codec(_read_assignments, written_assignments)
 
 
 def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int, Any]:
-    found = _ASSIGNMENT.match(statement)
-    if found is None:
+    match = _ASSIGNMENT.match(statement)
+    if match is None:
         start = offset + len(statement) - len(statement.lstrip()) + 1
         message = f"expected 'name := value', got {quoted(statement.strip())}"
         raise ScriptError("BT-1206", message, start)
-    name, sign, right = found[1], found[2], statement[found.end() :]
-    column = offset + found.start(1) + 1
+    name, sign, right = match[1], match[2], statement[match.end() :]
+    column = offset + match.start(1) + 1
     if name in taken:
         hint = "write a second Script"
         raise ScriptError("BT-1206", f"'{name}' is set twice in one Script", column, hint)
@@ -183,7 +185,7 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
             return name, column, f"{name} {sign[0]} ({from_script(right.strip())})"
         return name, column, _literal(right.strip())
     except ScriptError as error:
-        at = offset + found.end() + error.column
+        at = offset + match.end() + error.column
         raise ScriptError(error.code, error.message, at, error.hint) from None
 
 
@@ -191,15 +193,15 @@ def _tokens(code: str) -> list[Token]:
     tokens: list[Token] = []
     at = 0
     while at < len(code):
-        found = _TOKEN.match(code, at)
-        if found is None:
+        match = _TOKEN.match(code, at)
+        if match is None:
             message = f"{quoted(code[at])} has no counterpart in mission expressions"
             raise ScriptError("BT-1206", message, at + 1, "use a leaf 'check' or 'set'")
-        kind = found.lastgroup or ""
-        if kind == "number" and found.group().isdigit() and int(found.group()) > _LARGEST:
-            raise ScriptError("BT-304", f"the number {quoted(found.group())} is too large", at + 1)
-        tokens.append(Token(kind, found.group(), at + 1))
-        at = found.end()
+        kind = match.lastgroup or ""
+        if kind == "number" and match.group().isdigit() and int(match.group()) > _LARGEST:
+            raise ScriptError("BT-304", f"the number {quoted(match.group())} is too large", at + 1)
+        tokens.append(Token(kind, match.group(), at + 1))
+        at = match.end()
     return tokens
 
 

@@ -282,8 +282,8 @@ def _in_turn(kind: str, tag: str) -> tuple[Row, ...]:
 
 def _parallel(succeed: str, fail: str, rest: str, tag: str, **fixed: str) -> Row:
     policy = {"succeed_when": succeed, "fail_when": fail, "rest": rest}
-    said = {key: word for key, word in policy.items() if word != default_of("parallel", key)}
-    return Row(tag, {"parallel": Children(), **said}, fixed)
+    settings = {key: word for key, word in policy.items() if word != default_of("parallel", key)}
+    return Row(tag, {"parallel": Children(), **settings}, fixed)
 
 
 def default_of(kind: str, key: str) -> Any:

@@ -38,10 +38,12 @@ def flow(value: Any) -> str:
             return _scalar(value)
         case dict():
             return (
-                "{" + ", ".join(f"{_scalar(key)}: {flow(one)}" for key, one in value.items()) + "}"
+                "{"
+                + ", ".join(f"{_scalar(key)}: {flow(item)}" for key, item in value.items())
+                + "}"
             )
         case _:
-            return "[" + ", ".join(flow(one) for one in value) + "]"
+            return "[" + ", ".join(flow(item) for item in value) + "]"
 
 
 def escaped(text: str, escape: Callable[[str], str]) -> str:
@@ -68,11 +70,11 @@ def _entry(key: str, value: Any, indent: int) -> list[str]:
         return [line]
     if isinstance(value, dict):
         return [f"{pad}{head}", *_mapping(value, indent + 2)]
-    return [f"{pad}{head}", *(line for one in value for line in _item(one, indent + 2))]
+    return [f"{pad}{head}", *(line for item in value for line in _item(item, indent + 2))]
 
 
 def _mapping(value: dict[str, Any], indent: int) -> list[str]:
-    return [line for key, one in value.items() for line in _entry(key, one, indent)]
+    return [line for key, item in value.items() for line in _entry(key, item, indent)]
 
 
 def _item(value: Any, indent: int) -> Iterator[str]:
@@ -92,5 +94,5 @@ def _has_block(key: str, value: Any) -> bool:
         return True
     if isinstance(value, dict):
         nodes = key in _BLOCKS and (len(value) > 1 or key == "trees")
-        return nodes or any(_has_block(inner, one) for inner, one in value.items())
+        return nodes or any(_has_block(inner, item) for inner, item in value.items())
     return False

@@ -50,8 +50,10 @@ def info(options: argparse.Namespace) -> int:
     with graph_command.joined(options) as session:
         name, type_name = graph_command.named("action", session, options)
         graph_query.query_graph(session, options.wait)
-        found = {one.name: one for one in graph_query.entries(session.node, "action")}
-        entry = found.get(name, graph_query.GraphEntry(name, (type_name,)))
+        known_actions = {
+            action.name: action for action in graph_query.entries(session.node, "action")
+        }
+        entry = known_actions.get(name, graph_query.GraphEntry(name, (type_name,)))
     known = describe_interface(type_name)
     if options.json:
         print(as_json(listing.info_object(entry, known)))
@@ -110,7 +112,7 @@ def _refuse_nothing(name: str, part: InterfacePart) -> None:
         return
     lines = (
         f"no goal was given; the fields of a goal of {name}:",
-        *columns((f"  {one.name}", one.kind, one.note) for one in lines_of(part)),
+        *columns((f"  {line.name}", line.kind, line.note) for line in lines_of(part)),
         f"give the fields needed, such as: bt-mission actions send {name} {quote(example(part))}",
         "'{}' sends a goal with all defaults, --form asks for each field",
     )
@@ -185,7 +187,7 @@ def _command(
     Args:
         wanted: What is looked for in the graph.
     """
-    words = [one for one in options if not one.flags]
+    words = [option for option in options if not option.flags]
     return Command(
         function,
         description,
@@ -194,7 +196,7 @@ def _command(
             *words,
             graph_command.type_option("the action's"),
             *graph_command.graph_options(wanted),
-            *(one for one in options if one.flags),
+            *(option for option in options if option.flags),
         ),
         epilog,
         help,

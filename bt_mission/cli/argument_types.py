@@ -88,24 +88,24 @@ def seeds(text: str) -> range | tuple[int, ...]:
     """Read seeds: how many, from where to where, or which."""
     low, dots, high = text.partition("..")
     parts = [low, high] if dots else text.split(",")
-    if not all(one.strip().isdecimal() for one in parts):
+    if not all(part.strip().isdecimal() for part in parts):
         raise argparse.ArgumentTypeError(
             f"expected a number of seeds, A..B, or a list such as 3,5,8; got '{text}'"
         )
-    if any(len(one.strip()) > LONGEST_SEED for one in parts):
+    if any(len(part.strip()) > LONGEST_SEED for part in parts):
         raise argparse.ArgumentTypeError(
             f"a seed has at most {LONGEST_SEED} digits here, got '{text}'"
         )
-    values = [int(one) for one in parts]
+    values = [int(value) for value in parts]
     if dots:
-        found: range | tuple[int, ...] = range(values[0], values[1] + 1)
+        seeds: range | tuple[int, ...] = range(values[0], values[1] + 1)
     else:
-        found = range(values[0]) if len(values) == 1 else tuple(values)
-    if not found:
+        seeds = range(values[0]) if len(values) == 1 else tuple(values)
+    if not seeds:
         raise argparse.ArgumentTypeError(f"'{text}' contains no seed")
     if not dots and len(values) != len(set(values)):
         raise argparse.ArgumentTypeError(f"a seed appears twice in '{text}'")
-    return found
+    return seeds
 
 
 def assignment(text: str) -> tuple[str, str]:

@@ -151,9 +151,9 @@ def check_files(options: argparse.Namespace) -> int:
     each = [argparse.Namespace(**vars(options), file=file) for file in options.files]
     if options.json:
         return _check_for_programs(each)
-    codes = [_check_file(one) for one in each]
+    codes = [_check_file(of_file) for of_file in each]
     if len(codes) > 1:
-        kinds = {kind_of(mission_file(one)) for one in each}
+        kinds = {kind_of(mission_file(of_file)) for of_file in each}
         what = "missions" if kinds == {"mission"} else "files"
         print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are valid")
     return max(codes)
@@ -164,7 +164,7 @@ def _check_file(options: argparse.Namespace) -> int:
     from bt_mission.core.diagnostics import InputError
 
     try:
-        found, warnings = _located(options)
+        model, warnings = _located(options)
     except InputError as error:
         print(error, file=sys.stderr)
         count = sum(each.severity == "error" for each in error.diagnostics)
@@ -174,13 +174,13 @@ def _check_file(options: argparse.Namespace) -> int:
     for warning in warnings:
         print(warning, file=sys.stderr)
     kind = kind_of(mission_file(options))
-    print(f"{found.file}: {kind} '{found.name}' is valid ({_summary(kind, found)})")
+    print(f"{model.file}: {kind} '{model.name}' is valid ({_summary(kind, model)})")
     if kind in ("mission", "scenario"):
-        _explain_windows(found if kind == "mission" else found.mission)
-    code = _check_against(found, options) if options.against else SUCCESS
+        _explain_windows(model if kind == "mission" else model.mission)
+    code = _check_against(model, options) if options.against else SUCCESS
     is_alone = kind == "mission" and len(options.files) == 1
     if code == SUCCESS and is_alone and sys.stdout.isatty():
-        _point_to_prove(found, options.file)
+        _point_to_prove(model, options.file)
     return code
 
 
@@ -193,29 +193,29 @@ def _point_to_prove(mission: Mission, file: str) -> None:
         print(f"  'bt-mission prove {file}' explores every answer of its servers")
 
 
-def _summary(kind: str, found: Any) -> str:
+def _summary(kind: str, model: Any) -> str:
     """Return what a valid file holds."""
     if kind == "mission":
-        return counted(sum(1 for _ in found.tree.walk()), "node")
+        return counted(sum(1 for _ in model.tree.walk()), "node")
     if kind == "fleet":
-        each = (f"{one.name}: {one.mission.name}" for one in found.robots)
-        return f"{counted(len(found.robots), 'robot')}; {', '.join(each)}"
+        each = (f"{robot.name}: {robot.mission.name}" for robot in model.robots)
+        return f"{counted(len(model.robots), 'robot')}; {', '.join(each)}"
     if kind == "scenario":
-        requirements = counted(len(found.mission.requirements), "requirement")
-        faults = counted(len(found.faults), "fault")
-        return f"mission '{found.mission.name}', {faults}, {requirements}"
-    return str(found.summary)
+        requirements = counted(len(model.mission.requirements), "requirement")
+        faults = counted(len(model.faults), "fault")
+        return f"mission '{model.mission.name}', {faults}, {requirements}"
+    return str(model.summary)
 
 
 def _explain_windows(mission: Any) -> None:
     """Print which requirements decide nothing at first, since they look back further than that."""
     from bt_mission.language.requirements.formula import full_after
 
-    for one in mission.requirements:
-        if full_s := full_after(one.root):
+    for requirement in mission.requirements:
+        if full_s := full_after(requirement.root):
             print(
-                f"  requirement {one.name}: its window that looks back is full at {full_s:g} s "
-                f"and decides nothing before; with 'so far' it counts from the start"
+                f"  requirement {requirement.name}: its window that looks back is full at "
+                f"{full_s:g} s and decides nothing before; with 'so far' it counts from the start"
             )
 
 
@@ -249,21 +249,21 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         return CHECKS[kind](mission_file(options), options.robot, options.world)
     if kind == "fleet":
         return examined_fleet(options)
-    found, diagnostics = examined_file(options)
+    examined, diagnostics = examined_file(options)
     if kind == "scenario":
         from bt_mission.scenarios.run import look_for_names
 
-        look_for_names(found)
-        return found, diagnostics
+        look_for_names(examined)
+        return examined, diagnostics
     if goes_to_a_graph(options):
-        return found, diagnostics
+        return examined, diagnostics
     from bt_mission.core.diagnostics import InputError, in_order
     from bt_mission.sessions.stage_checks import stage_problems
 
-    diagnostics = in_order([*diagnostics, *stage_problems(found)])
+    diagnostics = in_order([*diagnostics, *stage_problems(examined)])
     if any(each.severity == "error" for each in diagnostics):
         raise InputError(diagnostics)
-    return found, diagnostics
+    return examined, diagnostics
 
 
 def _check_against(mission: Any, options: argparse.Namespace) -> int:
@@ -272,11 +272,12 @@ def _check_against(mission: Any, options: argparse.Namespace) -> int:
     from bt_mission.ros.graph_check import find_missing
 
     findings = find_missing(mission, options.namespace)
-    width = max((len(one.wanted.name) for one in findings), default=0)
-    for one in findings:
-        sign = "there" if one.is_there else "of another type" if one.types else "missing"
-        print(f"  {one.wanted.what:7}  {one.wanted.name:{width}}  {one.wanted.type}  {sign}")
-    missing = [one.diagnostic() for one in findings if not one.is_there]
+    width = max((len(finding.wanted.name) for finding in findings), default=0)
+    for finding in findings:
+        sign = "there" if finding.is_there else "of another type" if finding.types else "missing"
+        wanted = finding.wanted
+        print(f"  {wanted.what:7}  {wanted.name:{width}}  {wanted.type}  {sign}")
+    missing = [finding.diagnostic() for finding in findings if not finding.is_there]
     for diagnostic in missing:
         print(diagnostic, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
@@ -316,11 +317,11 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
             diagnostics += error.diagnostics
             code = BAD_INPUT
     keys = ("file", "line", "column", "severity", "code", "message", "hint")
-    found = [
+    objects = [
         {**{key: getattr(each, key) for key in keys}, "url": _url_of(each.code)}
         for each in diagnostics
     ]
-    print(json.dumps(found, indent=2))
+    print(json.dumps(objects, indent=2))
     return code
 
 

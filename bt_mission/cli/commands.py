@@ -125,7 +125,7 @@ class Commands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: S
 def load_commands(parser: argparse.ArgumentParser) -> Commands:
     """Make the parsers of all commands of the command line's parser, in their order."""
     # argparse has no public way to its arguments.
-    (commands,) = (one for one in parser._actions if isinstance(one, Commands))  # noqa: SLF001
+    (commands,) = (choice for choice in parser._actions if isinstance(choice, Commands))  # noqa: SLF001
     for name in COMMANDS:
         commands.load(name)
     return commands

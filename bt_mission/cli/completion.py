@@ -174,10 +174,10 @@ def known(kind: str, line: str = "") -> list[str]:
         KeyError: For a kind that is not in :data:`KINDS`.
     """
     try:
-        found = KINDS[kind](_words(line))
+        names = KINDS[kind](_words(line))
     except BtMissionError:
         return []
-    return [name for name in found if _PLAIN_NAME.fullmatch(name)]
+    return [name for name in names if _PLAIN_NAME.fullmatch(name)]
 
 
 def _words(line: str) -> list[str]:
@@ -195,7 +195,7 @@ def _runs(_: list[str]) -> list[str]:
 def _listed(_: list[str]) -> list[str]:
     from bt_mission.core.file_index import list_files
 
-    return [one.name for one in list_files("missions")]
+    return [mission_file.name for mission_file in list_files("missions")]
 
 
 def _inputs(words: list[str]) -> list[str]:
@@ -228,11 +228,11 @@ def _inputs_of(path: Path) -> dict[str, list[str]]:
     if kind == "scenario":
         return _inputs_of_named(data, path)
     if kind == "fleet":
-        found: dict[str, list[str]] = {}
+        inputs: dict[str, list[str]] = {}
         for robot, written in _mapping(data.get("robots")).items():
             for name, values in _inputs_of_named(_mapping(written), path).items():
-                found |= {name: values, f"{robot}.{name}": values}
-        return found
+                inputs |= {name: values, f"{robot}.{name}": values}
+        return inputs
     from bt_mission.language.expressions.places import Places
     from bt_mission.language.places import zones_of_file
 

@@ -18,19 +18,19 @@ def compare(options: argparse.Namespace) -> int:
     from bt_mission.executive.trace_diff import first_difference
 
     first, second = read_trace(options.first), read_trace(options.second)
-    found = first_difference(first, second)
+    difference = first_difference(first, second)
     if options.json:
-        print(json.dumps(found and asdict(found)))
+        print(json.dumps(difference and asdict(difference)))
     else:
         for trace in (first, second):
             if trace.is_cut:
                 print(f"{trace.file}: its last line is incomplete and was ignored")
-        if found is None:
+        if difference is None:
             count = len(first.events)
             print(f"the same {count} events at the same times (sha256 {first.sha256[:16]})")
         else:
-            print(f"< {options.first}\n> {options.second}\n{found}")
-    return SUCCESS if found is None else MISSION_FAILED
+            print(f"< {options.first}\n> {options.second}\n{difference}")
+    return SUCCESS if difference is None else MISSION_FAILED
 
 
 COMMANDS = {

@@ -79,15 +79,15 @@ def _search(pages: Manual, words: Sequence[str]) -> int:
 
     read = [pages.page(name) for name in pages.names]
     with closing(PageIndex(read)) as index:
-        found = index.search(words)
-    if not found:
+        hits = index.search(words)
+    if not hits:
         known = [*pages.names, *vocabulary(read)]
         hint = next(filter(None, (did_you_mean(word.lower(), known) for word in words)), None)
         reason = f"no page has {' '.join(words)!r}{f'; {hint}' if hint else ''}"
         print(f"{reason} (bt-mission docs lists all pages)", file=sys.stderr)
         return NOTHING_FOUND
     # Two pages share the name: both come first.
-    best, *others = sorted(found, key=lambda part: PurePosixPath(part.page).name != words[0])
+    best, *others = sorted(hits, key=lambda part: PurePosixPath(part.page).name != words[0])
     part = next(page for page in read if page.name == best.page).part(best.anchor)
     _show(pages, part, [best, *others[:MOST_OTHERS]])
     return SUCCESS
@@ -102,10 +102,10 @@ def _refuse_anchor(pages: Manual, name: str, anchor: str) -> int:
     return NOTHING_FOUND
 
 
-def _show(pages: Manual, part: Sequence[Section], found: Sequence[Section]) -> None:
+def _show(pages: Manual, part: Sequence[Section], hits: Sequence[Section]) -> None:
     """Print a part of a page, and below it what a search has found: this part first."""
     markdown = "".join(section.text for section in part)
-    below = list(_below(found))
+    below = list(_below(hits))
     if not sys.stdout.isatty():
         print(markdown.rstrip("\n"))
         print("\n".join(below), end="\n" if below else "")
@@ -129,12 +129,12 @@ def _show(pages: Manual, part: Sequence[Section], found: Sequence[Section]) -> N
         unescaped(sys.stdout).write(output)
 
 
-def _below(found: Sequence[Section]) -> Iterator[str]:
+def _below(hits: Sequence[Section]) -> Iterator[str]:
     """Yield the commands that show what a search has found."""
-    if found:
+    if hits:
         yield ""
         yield "Also found in:"
-        rows = [(f"bt-mission docs {each.address}", " > ".join(each.titles)) for each in found]
+        rows = [(f"bt-mission docs {each.address}", " > ".join(each.titles)) for each in hits]
         yield from (f"  {line}" for line in columns(rows))
 
 

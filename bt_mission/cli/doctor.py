@@ -63,7 +63,7 @@ class CheckResult:
     """What one check found; `remedy` says what to do unless the state is "ok"."""
 
     state: State
-    found: str
+    text: str
     remedy: str = ""
 
 
@@ -114,8 +114,8 @@ def probe(
         return failed(f"no answer within {limit_s:g} s")
     if ended.returncode < 0:
         return failed(f"crashed ({signal.Signals(-ended.returncode).name})")
-    said = ended.stdout if ended.returncode == 0 else ended.stderr
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    output = ended.stdout if ended.returncode == 0 else ended.stderr
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
     last = lines[-1] if lines else "no reason given"
     return CheckResult("ok", last) if ended.returncode == 0 else failed(last)
 
@@ -144,25 +144,25 @@ def compiler(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """A C++ compiler and Python's headers, which only installing needs."""
     names = (environ.get("CXX", "c++"), "g++", "clang++")
     path = environ.get("PATH")
-    found = next(filter(None, (shutil.which(name, path=path) for name in names)), None)
-    if found is None:
+    compiler = next(filter(None, (shutil.which(name, path=path) for name in names)), None)
+    if compiler is None:
         return CheckResult("warning", "not found", "needed for installation: apt install g++")
     if not Path(sysconfig.get_path("include"), "Python.h").is_file():
         remedy = "needed for installation: apt install python3-dev"
-        return CheckResult("warning", f"{found}, without Python's C headers", remedy)
-    return CheckResult("ok", found)
+        return CheckResult("warning", f"{compiler}, without Python's C headers", remedy)
+    return CheckResult("ok", compiler)
 
 
 def browser(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """A Chromium, which only tests of pages need."""
     path = environ.get("PATH")
-    found = next(filter(None, (shutil.which(name, path=path) for name in BROWSERS)), None)
-    if found is None:
+    browser = next(filter(None, (shutil.which(name, path=path) for name in BROWSERS)), None)
+    if browser is None:
         remedy = (
             "only `make test` needs it, and skips tests of pages without it: apt install chromium"
         )
         return CheckResult("warning", "not found", remedy)
-    return CheckResult("ok", found)
+    return CheckResult("ok", browser)
 
 
 def packages(names: Iterable[str] = PACKAGES) -> CheckResult:
@@ -184,16 +184,16 @@ def ros(environ: Mapping[str, str] = os.environ) -> CheckResult:
     sourced = environ.get("ROS_DISTRO")
     if answer.state == "ok" and sourced is not None and sourced != "jazzy":
         remedy = "use a shell in which no other ROS is sourced"
-        return CheckResult("missing", f"{answer.found}; ROS 2 {sourced} is sourced", remedy)
+        return CheckResult("missing", f"{answer.text}; ROS 2 {sourced} is sourced", remedy)
     return answer
 
 
 def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """The RMW that is loaded; virtual time was proven with one."""
     answer = probe("rmw", remedy=REINSTALL)
-    if answer.state == "ok" and answer.found != "rmw_fastrtps_cpp":
+    if answer.state == "ok" and answer.text != "rmw_fastrtps_cpp":
         remedy = f"unset {RMW}; virtual time was tested only with rmw_fastrtps_cpp"
-        return CheckResult("warning", answer.found, remedy)
+        return CheckResult("warning", answer.text, remedy)
     if answer.state != "ok" and RMW in environ:
         remedy = f"unset {RMW}, or install this middleware"
         return CheckResult("missing", f"{RMW}={environ[RMW]} cannot be loaded", remedy)
@@ -207,16 +207,16 @@ def discovery(environ: Mapping[str, str] = os.environ) -> CheckResult:
         return CheckResult(
             "ok", f"ROS domain {domain}, this machine only; for a robot's own computer: --network"
         )
-    found = f"ROS domain {domain}, {RANGE}={reach}"
+    settings = f"ROS domain {domain}, {RANGE}={reach}"
     if reach == PROCESS:
-        return CheckResult("warning", found, f"unset {RANGE} to join other processes")
+        return CheckResult("warning", settings, f"unset {RANGE} to join other processes")
     if reach == MACHINE:
-        return CheckResult("ok", f"{found}: this machine only")
+        return CheckResult("ok", f"{settings}: this machine only")
     remedy = (
         f"every machine on the network can command nodes on this machine; unset {RANGE} for "
         f"simulations"
     )
-    return CheckResult("warning", found, remedy)
+    return CheckResult("warning", settings, remedy)
 
 
 def loopback() -> CheckResult:
@@ -280,7 +280,7 @@ def report_on(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
         if finding.state == "missing":
             missing.append(check.subject)
         mark = (f"{finding.state:8}", STYLES[finding.state])
-        console.print(Text.assemble(mark, f"{check.subject}: {finding.found}"), soft_wrap=True)
+        console.print(Text.assemble(mark, f"{check.subject}: {finding.text}"), soft_wrap=True)
         if finding.remedy:
             console.print(Text(f"{'':8}{finding.remedy}"), soft_wrap=True)
     verdict = f"Missing: {', '.join(missing)}." if missing else "Everything required is installed."

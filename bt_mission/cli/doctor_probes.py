@@ -103,12 +103,12 @@ def listen(topic: str) -> str:
 
     rclpy.init()
     node = rclpy.create_node("bt_mission_doctor_listener")
-    heard = rclpy.Future()
-    node.create_subscription(String, topic, heard.set_result, 10)
-    rclpy.spin_until_future_complete(node, heard, timeout_sec=ANSWER_LIMIT_S)
+    received = rclpy.Future()
+    node.create_subscription(String, topic, received.set_result, 10)
+    rclpy.spin_until_future_complete(node, received, timeout_sec=ANSWER_LIMIT_S)
     node.destroy_node()
     rclpy.shutdown()
-    if not heard.done():
+    if not received.done():
         raise TimeoutError(f"no message from another process within {ANSWER_LIMIT_S:.0f} s")
     return "two processes communicate"
 
@@ -123,7 +123,7 @@ def types_agree() -> str:
     node = rclpy.create_node("_bt_mission_doctor_types")
     rclpy.spin_until_future_complete(node, rclpy.Future(), timeout_sec=LOOK_S)
     topics = [name for name, _ in node.get_topic_names_and_types()]
-    found = [
+    conflict_texts = [
         type_conflict(
             topic,
             node.get_publishers_info_by_topic(topic),
@@ -133,7 +133,7 @@ def types_agree() -> str:
     ]
     node.destroy_node()
     rclpy.shutdown()
-    conflicts = [text for text in found if text is not None]
+    conflicts = [text for text in conflict_texts if text is not None]
     if conflicts:
         raise SystemExit("; ".join(conflicts))
     return f"agree on all {len(topics)} topics of the running graph"

@@ -276,14 +276,16 @@ def _search_notes(state: SearchState) -> list[str]:
     """Return what a search has found so far."""
     notes = [f"causes found: {len(state.counterexamples)}"] if state.counterexamples else []
     if state.simplifying_runs:
-        faults = ", ".join(str(len(one.candidate.faults)) for one in state.counterexamples)
+        faults = ", ".join(
+            str(len(counterexample.candidate.faults)) for counterexample in state.counterexamples
+        )
         return [*notes, f"minimized in {state.simplifying_runs} runs, remaining faults: {faults}"]
     return notes if state.smallest is None else [*notes, _smallest(state.smallest)]
 
 
-def _smallest(found: tuple[float, str]) -> str:
+def _smallest(smallest: tuple[float, str]) -> str:
     """Return the smallest margin in words."""
-    share, name = found
+    share, name = smallest
     return f"smallest margin {share:.0%} of the usual one ('{name}')"
 
 
@@ -323,21 +325,21 @@ def _search_as_dict(
         "smallest_margin": None
         if state.smallest is None
         else {"share": state.smallest[0], "requirement": state.smallest[1]},
-        "found": [_find_as_dict(*one) for one in zip(state.counterexamples, files, strict=True)],
+        "found": [_find_as_dict(*pair) for pair in zip(state.counterexamples, files, strict=True)],
     }
 
 
-def _find_as_dict(found: Counterexample, files: CounterexampleFiles) -> dict[str, Any]:
+def _find_as_dict(counterexample: Counterexample, files: CounterexampleFiles) -> dict[str, Any]:
     return {
-        "kind": found.failure.kind,
-        "what": found.failure.what,
-        "node": found.failure.node,
-        "reason": found.failure.reason,
-        "runs": found.runs,
+        "kind": counterexample.failure.kind,
+        "what": counterexample.failure.what,
+        "node": counterexample.failure.node,
+        "reason": counterexample.failure.reason,
+        "runs": counterexample.runs,
         "sentence": files.sentence,
-        "faults": [one.text for one in found.candidate.faults],
+        "faults": [fault.text for fault in counterexample.candidate.faults],
         "repeats": files.repeats,
-        "trace_sha256": found.row.trace_sha256,
+        "trace_sha256": counterexample.row.trace_sha256,
         "folder": str(files.folder),
         "scenario": str(files.scenario),
         "test": str(files.test),
@@ -348,7 +350,7 @@ def _find_as_dict(found: Counterexample, files: CounterexampleFiles) -> dict[str
 
 def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> list[str]:
     state = session.state
-    told: list[str] = []
+    lines: list[str] = []
     name = session.base.mission.name
     notes = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
     if state.outside:
@@ -358,29 +360,34 @@ def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> l
     runs = counted(state.runs, "run")
     if not files:
         what = "interrupted" if state.is_interrupted else f"nothing found ({SOUGHT[session.aim]})"
-        told.append(f"{name}: {what} in {runs}{notes}")
+        lines.append(f"{name}: {what} in {runs}{notes}")
         if state.smallest is not None:
-            told.append(f"  {_smallest(state.smallest)}")
-        return told
+            lines.append(f"  {_smallest(state.smallest)}")
+        return lines
     if state.runs == 1:
-        told.append(f"{name}: {files[0].sentence}")
-        told.append("  it breaks without any change, so there was no search")
-        return told + _files_of(files[0])
+        lines.append(f"{name}: {files[0].sentence}")
+        lines.append("  it breaks without any change, so there was no search")
+        return lines + _files_of(files[0])
     effort = f"found after {runs}, minimized in {state.simplifying_runs}{notes}"
     if len(files) == 1:
         return [f"{name}: {files[0].sentence}", f"  {effort}", *_files_of(files[0])]
-    told.append(f"{name}: {len(files)} causes {effort}")
-    for number, (found, one) in enumerate(zip(state.counterexamples, files, strict=True), 1):
-        told += [f"{number}. {one.sentence} ({counted(found.runs, 'run')})", *_files_of(one)]
-    return told
+    lines.append(f"{name}: {len(files)} causes {effort}")
+    for number, (counterexample, file) in enumerate(
+        zip(state.counterexamples, files, strict=True), 1
+    ):
+        lines += [
+            f"{number}. {file.sentence} ({counted(counterexample.runs, 'run')})",
+            *_files_of(file),
+        ]
+    return lines
 
 
 def _files_of(files: CounterexampleFiles) -> list[str]:
-    told = []
+    lines = []
     if files.repeats is False:
-        told.append("  the trace of the scenario file differs from the trace in the search")
+        lines.append("  the trace of the scenario file differs from the trace in the search")
     return [
-        *told,
+        *lines,
         f"  {files.scenario}: bt-mission run repeats it",
         f"  {files.test}: fails until the mission is fixed",
         f"  {files.recording}, {files.report}: the run"
@@ -436,15 +443,17 @@ def _cover_lines(session: CoverSession) -> list[str]:
     state = session.state
     errors = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
     runs = counted(state.runs, "run")
-    told = [f"{session.base.mission.name}: {_reached(state)} of the tree reached in {runs}{errors}"]
+    lines = [
+        f"{session.base.mission.name}: {_reached(state)} of the tree reached in {runs}{errors}"
+    ]
     for _, row, new in state.first[1:]:
         faults = "; ".join(row.faults) or "no fault"
-        told.append(f"  {', '.join(new)}")
-        told.append(f"    first with seed {row.seed}, {faults}")
+        lines.append(f"  {', '.join(new)}")
+        lines.append(f"    first with seed {row.seed}, {faults}")
     if state.record.missing:
-        told.append("never reached:")
-        told += [f"  {one}" for one in state.record.missing]
-    return told
+        lines.append("never reached:")
+        lines += [f"  {missing}" for missing in state.record.missing]
+    return lines
 
 
 _NOT_COVERED = each("cover", why="it lists what was reached")

@@ -98,7 +98,7 @@ def fork(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps({**result.as_dict(), "asked_at": options.at, **kept}))
     else:
-        print("\n".join([*fork_lines(result, options.at), *recording.told(kept)]))
+        print("\n".join([*fork_lines(result, options.at), *recording.file_lines(kept)]))
     if result.report.status == "interrupted":
         return INTERRUPTED
     is_well = result.is_identical if change.is_none else result.is_success
@@ -130,20 +130,20 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
         try:
             print(try_line(next(tries)), file=sys.stderr, flush=True)
         except StopIteration as end:
-            found: sweep.SweepResult = end.value
+            swept: sweep.SweepResult = end.value
             break
     wall_s = wall.elapsed_s
     kept: recording.Kept = {}
-    lines = sweep_lines(source, change, found, wall_s)
-    if found.last is not None and any(getattr(options, name) for name in FILES):
-        result, kept = run_fork(options, source, change, found.last.step_ns)
-        lines += ["", *fork_lines(result, found.last.at_s)]
+    lines = sweep_lines(source, change, swept, wall_s)
+    if swept.last is not None and any(getattr(options, name) for name in FILES):
+        result, kept = run_fork(options, source, change, swept.last.step_ns)
+        lines += ["", *fork_lines(result, swept.last.at_s)]
     if options.json:
         about = {"recording": str(source.path), "change": change.as_dict(), "wall_s": wall_s}
-        print(json.dumps({**about, **found.as_dict(), **kept}))
+        print(json.dumps({**about, **swept.as_dict(), **kept}))
     else:
-        print("\n".join([*lines, *recording.told(kept)]))
-    return MISSION_FAILED if found.last is None else SUCCESS
+        print("\n".join([*lines, *recording.file_lines(kept)]))
+    return MISSION_FAILED if swept.last is None else SUCCESS
 
 
 def run_fork(
@@ -180,7 +180,7 @@ def run_fork(
         result = finish(reports)
         if not source.others:
             return result, keeping.finish(result.report)
-        ends = {one.source.name: one.report for one in (result, *result.others)}
+        ends = {forked.source.name: forked.report for forked in (result, *result.others)}
         whole = fleet_report(source.fleet, stage, tuple(ends[name] for name in source.names))
         return result, keeping.finish(whole)
 
@@ -198,7 +198,7 @@ def fork_shown(
         words: ``NAME=VALUE``, and options of the command with their values.
         free: Gives the terminal back for a while.
     """
-    output = next(one for n in count_up(1) if not (one := beside(path, n)).exists())
+    output = next(candidate for n in count_up(1) if not (candidate := beside(path, n)).exists())
     change: list[str] = []
     for number, word in enumerate(words):
         is_value = number > 0 and words[number - 1].startswith("--")

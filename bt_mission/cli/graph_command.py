@@ -90,12 +90,12 @@ def list_entries(kind: Kind, options: argparse.Namespace) -> int:
 
     with joined(options) as session:
         query_graph(session, options.wait)
-        found = entries(session.node, kind, hidden=getattr(options, "all", False))
+        listed_entries = entries(session.node, kind, hidden=getattr(options, "all", False))
     if options.json:
-        lines = [as_json([listing.entry_object(kind, one) for one in found])]
+        lines = [as_json([listing.entry_object(kind, entry) for entry in listed_entries])]
     else:
-        lines = columns(listing.entry_rows(kind, found)) if found else []
-    if not found:
+        lines = columns(listing.entry_rows(kind, listed_entries)) if listed_entries else []
+    if not listed_entries:
         print(f"no {kind}s in the graph (looked for {options.wait:g} s)", file=sys.stderr)
     for line in lines:
         print(line)

@@ -38,31 +38,37 @@ def print_list(kind: Kind, options: argparse.Namespace) -> int:
     """Print what there is of a kind: a table, or a list of objects."""
     from bt_mission.core.file_index import list_files
 
-    found = list_files(kind)
+    listed_files = list_files(kind)
     if options.json:
-        print(json.dumps([_as_object(one) for one in found]))
+        print(json.dumps([_as_object(listed_file) for listed_file in listed_files]))
         return SUCCESS
-    if not found:
+    if not listed_files:
         print(f"no {kind} here, and the shipped ones are missing: is the installation complete?")
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
-    for line in columns(_as_row(one) for one in found) if found else []:
+    for line in (
+        columns(_as_row(listed_file) for listed_file in listed_files) if listed_files else []
+    ):
         print(line if width is None or len(line) <= width else f"{line[: width - 3].rstrip()}...")
     return SUCCESS
 
 
-def _as_row(one: ListedFile) -> Sequence[str]:
+def _as_row(listed_file: ListedFile) -> Sequence[str]:
     from bt_mission.core.file_index import first_sentence
 
-    return one.name, "shipped" if one.is_shipped else "here", first_sentence(one.description)
+    return (
+        listed_file.name,
+        "shipped" if listed_file.is_shipped else "here",
+        first_sentence(listed_file.description),
+    )
 
 
-def _as_object(one: ListedFile) -> Mapping[str, object]:
+def _as_object(listed_file: ListedFile) -> Mapping[str, object]:
     return {
-        "name": one.name,
-        "kind": one.what,
-        "description": one.description,
-        "shipped": one.is_shipped,
-        "path": str(one.path.absolute()),
+        "name": listed_file.name,
+        "kind": listed_file.what,
+        "description": listed_file.description,
+        "shipped": listed_file.is_shipped,
+        "path": str(listed_file.path.absolute()),
     }
 
 
@@ -70,9 +76,9 @@ def copy_file(kind: Kind, options: argparse.Namespace) -> int:
     """Copy a file, with those that it names; nothing is written where one of them exists."""
     from bt_mission.core.file_index import files_of, find_listed
 
-    found = find_listed(kind, options.name)
+    chosen = find_listed(kind, options.name)
     wanted = Path(kind) if options.to is None else Path(options.to)
-    copies = _copies(found.path, files_of(found.path), wanted)
+    copies = _copies(chosen.path, files_of(chosen.path), wanted)
     for source, target in copies.items():
         if target.exists() and target.samefile(source):
             raise BtMissionError(
@@ -94,25 +100,25 @@ def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, 
         BtMissionError: For a place that is neither a folder nor a YAML file, or too narrow.
     """
     # Links are kept: a file lies where it is named, wherever its text is.
-    absolute = {one: Path(os.path.abspath(one)) for one in sources}  # noqa: PTH100 - no links followed
+    absolute = {source: Path(os.path.abspath(source)) for source in sources}  # noqa: PTH100 - no links followed
     if wanted.is_dir() or not wanted.suffix:
-        root = Path(os.path.commonpath([one.parent for one in absolute.values()]))
-        return {one: wanted / path.relative_to(root) for one, path in absolute.items()}
+        root = Path(os.path.commonpath([source_path.parent for source_path in absolute.values()]))
+        return {source: wanted / path.relative_to(root) for source, path in absolute.items()}
     if wanted.suffix not in SUFFIXES:
         raise BtMissionError(
             f"{wanted}: expected a folder, or a file that ends with .yaml", code="BT-1103"
         )
     root = absolute[main].parent
-    outside = [one for one, path in absolute.items() if not path.is_relative_to(root)]
+    outside = [source for source, path in absolute.items() if not path.is_relative_to(root)]
     if outside:
         raise BtMissionError(
             f"{main.name} names {outside[0].name} in another folder, which is also copied: give "
             f"a folder instead of a file",
             code="BT-1103",
         )
-    inside = {one: wanted.parent / path.relative_to(root) for one, path in absolute.items()}
+    inside = {source: wanted.parent / path.relative_to(root) for source, path in absolute.items()}
     copies = inside | {main: wanted}
-    same = next((one for one in copies if one != main and copies[one] == wanted), None)
+    same = next((copied for copied in copies if copied != main and copies[copied] == wanted), None)
     if same is not None:
         raise BtMissionError(
             f"{main.name} names {same.name}, which is also copied: give another file or a folder",

@@ -144,7 +144,7 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
         parser.error("--ros-args: this command starts no node")
     if not hasattr(options, "command"):
         options.parser.lead_on(rest)
-    words = [one for one in options.parser.options if not one.flags][1:]
+    words = [option for option in options.parser.options if not option.flags][1:]
     late = words[-1] if words and words[-1].nargs == "?" else None
     is_word = len(rest) == 1 and (rest[0] == "-" or not rest[0].startswith("-"))
     if late and is_word and not late.is_given(options):

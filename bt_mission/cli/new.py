@@ -81,7 +81,7 @@ def _ask_inside_project(name: str) -> None:
         BtMissionError: Where nobody wants it, or nobody can be asked.
     """
     here = Path.cwd()
-    outer = next((one for one in (here, *here.parents) if _is_project(one)), None)
+    outer = next((folder for folder in (here, *here.parents) if _is_project(folder)), None)
     if outer is not None:
         confirm(
             f"{quoted(name)} is inside the project {outer}",

@@ -133,12 +133,12 @@ def prepare_graph(options: argparse.Namespace) -> None:
     Raises:
         BtMissionError: For an invalid middleware or domain.
     """
-    said = restrict_discovery(network=options.network)
+    notice = restrict_discovery(network=options.network)
     if getattr(options, "visible", False):
         isolate(visible=True, network=options.network)
     prepare_middleware()
-    if said is not None:
-        print(said, file=sys.stderr, flush=True)
+    if notice is not None:
+        print(notice, file=sys.stderr, flush=True)
 
 
 def announce(what: str) -> None:
@@ -184,12 +184,12 @@ def mission_file(options: argparse.Namespace) -> Path:
     Raises:
         InputError: For an unknown mission, or the name of a project from outside of it.
     """
-    found = known_mission_file(options)
-    if found is None:
+    path = known_mission_file(options)
+    if path is None:
         from bt_mission.core.file_index import find_listed
 
-        found = find_listed("missions", str(options.file)).path
-    return found
+        path = find_listed("missions", str(options.file)).path
+    return path
 
 
 def known_mission_file(options: argparse.Namespace) -> Path | None:
@@ -203,11 +203,11 @@ def known_mission_file(options: argparse.Namespace) -> Path | None:
     if path.exists() and not (is_name and path.is_dir()):
         return path
     if not is_name:
-        found = look_for("missions", path)
-        hint = None if found else other_suffix("missions", path)
+        existing = look_for("missions", path)
+        hint = None if existing else other_suffix("missions", path)
         if hint is not None:
             raise InputError([Diagnostic("BT-101", "no such file", str(path), hint=hint)])
-        return found or path
+        return existing or path
     if (path / "missions").is_dir():
         message = f"expected a mission, got a folder; run the command in it: cd {path}"
         raise InputError([Diagnostic("BT-111", message, str(path))])

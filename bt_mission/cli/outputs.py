@@ -69,9 +69,9 @@ def files_of(mission: Mission) -> Iterator[Path]:
     yield from (path for path, _ in python_files(mission))
     named: dict[Kind, str | None] = {"worlds": mission.world, "robots": mission.robot}
     for kind, name in named.items():
-        found = look_for(kind, name, mission.file) if name else None
-        if found is not None:
-            yield found
+        named_file = look_for(kind, name, mission.file) if name else None
+        if named_file is not None:
+            yield named_file
 
 
 def refuse_existing(paths: Iterable[Path]) -> None:

@@ -56,11 +56,11 @@ class PageIndex:
         """
         wanted = _phrases(words)
         every, some = " AND ".join(wanted), " OR ".join(wanted)
-        found = [*self.scores(every), *self.scores(some)]
-        if not found:
+        scores = [*self.scores(every), *self.scores(some)]
+        if not scores:
             some = " OR ".join(f"{phrase}*" for phrase in wanted)
-            found = list(self.scores(some))
-        return [self._best_section(name, some) for name in dict.fromkeys(found)]
+            scores = list(self.scores(some))
+        return [self._best_section(name, some) for name in dict.fromkeys(scores)]
 
     def scores(self, expression: str) -> Mapping[str, float]:
         """Return the pages that match an expression of FTS5, by name, the best first.

@@ -197,7 +197,7 @@ class Command:
             name, description=self.description or None, epilog=self._ending(pages) or None, **listed
         )
         groups = {"": parser}
-        declared = {one.attribute: one for one in self.options}
+        declared = {declared_option.attribute: declared_option for declared_option in self.options}
         for option in self.options:
             if option.group not in groups:
                 groups[option.group] = parser.add_argument_group(option.group)
@@ -224,8 +224,10 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     Raises:
         BtMissionError: With the rule, or with what is missing.
     """
-    declared = {one.attribute: one for one in options.parser.options}
-    given = [one for one in declared.values() if one.is_given(options)]
+    declared = {
+        declared_option.attribute: declared_option for declared_option in options.parser.options
+    }
+    given = [candidate for candidate in declared.values() if candidate.is_given(options)]
     for option in given:
         option.refuse_contradictions(options, declared)
     for option in given:
@@ -283,13 +285,13 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Leave with an error on one line, which ends with where the help is."""
-        said = escape_control(message)
-        self.exit(BAD_INPUT, f"{self.prog}: error: {said}; see '{self.prog} --help' [BT-1101]\n")
+        text = escape_control(message)
+        self.exit(BAD_INPUT, f"{self.prog}: error: {text}; see '{self.prog} --help' [BT-1101]\n")
 
     @property
     def options(self) -> Sequence[Option]:
         """All options and words that it knows, as they were declared."""
-        return [one.option for one in self._actions if hasattr(one, "option")]
+        return [action.option for action in self._actions if hasattr(action, "option")]
 
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Leave with an error about words that mean nothing here."""
@@ -308,7 +310,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(BAD_INPUT)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        choices = [str(one) for one in action.choices or ()]
+        choices = [str(choice) for choice in action.choices or ()]
         if choices and value not in choices:
             from bt_mission.core.diagnostics import did_you_mean
 

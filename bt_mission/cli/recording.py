@@ -207,7 +207,7 @@ def _lacks(*files: tuple[str, OutputFile]) -> str:
     return "; ".join(filter(None, (text for lacks, file in files for text in (lacks, file.remark))))
 
 
-def told(kept: Kept) -> list[str]:
+def file_lines(kept: Kept) -> list[str]:
     """Return a line about each saved file, and about the trace only if it is incomplete."""
     lines = []
     if kept.get("trace_lacks"):

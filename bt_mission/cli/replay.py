@@ -201,7 +201,7 @@ COMMANDS = {
             recorded_robot("the first; the map shows all"),
             PLAIN,
             Option("--poses", "also print the poses of the robot"),
-            *(one.but(not_for=_NO_TREE) for one in web_options("once", "plain")),
+            *(web_option.but(not_for=_NO_TREE) for web_option in web_options("once", "plain")),
         ),
         EPILOG,
     )

@@ -60,5 +60,6 @@ def of_node(arguments: Sequence[str], name: str) -> tuple[str, ...]:
     A process with several nodes would give all of them one name.
     """
     return tuple(
-        f"{name}:{one}" if one.startswith(("__node:=", "__name:=")) else one for one in arguments
+        f"{name}:{argument}" if argument.startswith(("__node:=", "__name:=")) else argument
+        for argument in arguments
     )

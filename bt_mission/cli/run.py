@@ -61,11 +61,11 @@ def _what_starts(options: argparse.Namespace) -> str:
         file = known_mission_file(options)
     except BtMissionError:  # told when the file is read
         file = None
-    said = {} if file is None else plain_words(file)
-    name = said.get("fleet") or said.get("scenario") or said.get("mission") or options.file
+    words = {} if file is None else plain_words(file)
+    name = words.get("fleet") or words.get("scenario") or words.get("mission") or options.file
     if options.attach:
         return f"{name}: joining the ROS graph"
-    world = options.world or said.get("world")
+    world = options.world or words.get("world")
     return f"{name} in {world}: starting" if world else f"{name}: starting"
 
 
@@ -146,7 +146,7 @@ COMMANDS = {
                 help="take new versions of the mission from `bt-mission revise` while it runs; a "
                 "simulated run is then visible to other processes on this machine"
             ),
-            *(one.but(group="on a running ROS graph") for one in _ON_A_GRAPH),
+            *(option.but(group="on a running ROS graph") for option in _ON_A_GRAPH),
             NETWORK.but(
                 needs=each(
                     "attach",

@@ -160,7 +160,9 @@ def load_plan(options: argparse.Namespace, kind: str) -> RunPlan:
         _begin(options, warnings, (robot.mission for robot in fleet.robots))
         if options.trace and not options.force:
             refuse_existing(file_of_robot(options.trace, robot.name) for robot in fleet.robots)
-        return FleetRunPlan(fleet, _written_faults(options, [one.name for one in fleet.robots]))
+        return FleetRunPlan(
+            fleet, _written_faults(options, [member.name for member in fleet.robots])
+        )
     faults = _written_faults(options)
     loaded, warnings = examined_file(options)
     mission = getattr(loaded, "mission", loaded)

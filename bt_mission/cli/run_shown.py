@@ -155,7 +155,7 @@ def _print(
         judged = {} if result is None else {"scenario": result.as_dict()}
         print(json.dumps({**summary.as_dict(), **kept, **judged}), flush=True)
         return
-    lines = [summary.as_text(), *_leaves(summary), *recording.told(kept)]
+    lines = [summary.as_text(), *_leaves(summary), *recording.file_lines(kept)]
     print("\n".join(lines if result is None else [*lines, str(result)]), flush=True)
 
 

@@ -136,7 +136,7 @@ def plan_of(options: argparse.Namespace) -> SweepPlan:
     file.refuse_others("sweep")
     file.check_worlds(path)
     ranges = file.ranges
-    varied = [parse_parameter(one) for one in options.vary]
+    varied = [parse_parameter(parameter) for parameter in options.vary]
     parameters = (*file.parameters, *file.start, *varied)
     refuse_repeated(parameters)
     limit = ranges.limit if options.limit is None else options.limit
@@ -225,10 +225,10 @@ def _tally_lines(tally: SweepTally) -> list[str]:
     failures = tally.failures
     lines = [
         f"  {tally.count}",
-        *(f"  {one.count:,} x {one.reason}" for one in failures[:MOST_REASONS]),
+        *(f"  {failure.count:,} x {failure.reason}" for failure in failures[:MOST_REASONS]),
     ]
     if len(failures) > MOST_REASONS:
-        rest = sum(one.count for one in failures[MOST_REASONS:])
+        rest = sum(failure.count for failure in failures[MOST_REASONS:])
         lines.append(f"  {rest:,} x for {len(failures) - MOST_REASONS} other reasons")
     return lines
 

@@ -52,12 +52,12 @@ def verify(options: argparse.Namespace) -> int:
         )
     robots = [options.robot] if options.robot else recorded_robots(options.file)
     if len(robots) == 1:
-        recorded, found = _verified(options, options.robot)
+        recorded, verification = _verified(options, options.robot)
         if options.json:
-            print(json.dumps(_as_dict(options, recorded, found)))
+            print(json.dumps(_as_dict(options, recorded, verification)))
         else:
-            print("\n".join(map(escape_control, _lines(options, recorded, found))))
-        return _code([found])
+            print("\n".join(map(escape_control, _lines(options, recorded, verification))))
+        return _code([verification])
     each = {
         robot: _verified(options, robot)
         for robot in robots
@@ -69,15 +69,15 @@ def verify(options: argparse.Namespace) -> int:
             code="BT-1102",
         )
     if options.json:
-        told = [{"robot": one, **_as_dict(options, *found)} for one, found in each.items()]
-        print(json.dumps({"recording": str(options.file), "robots": told}))
+        objects = [{"robot": name, **_as_dict(options, *pair)} for name, pair in each.items()]
+        print(json.dumps({"recording": str(options.file), "robots": objects}))
     else:
         for robot, verified in each.items():
             first, *others = _lines(options, *verified)
             name = f"{options.file}: {robot}: "
             lines = [first.replace(f"{options.file}: ", name, 1), *others]
             print("\n".join(map(escape_control, lines)))
-    return _code([found for _, found in each.values()])
+    return _code([verification for _, verification in each.values()])
 
 
 def _has_requirements(options: argparse.Namespace, robot: str) -> bool:
@@ -95,12 +95,16 @@ def _verified(
     return recorded, recorded.verify(_requirements(options, recorded))
 
 
-def _code(found: Sequence[Verification]) -> int:
+def _code(verifications: Sequence[Verification]) -> int:
     """Return the exit code: the worst of all."""
-    verdicts = {one.verdict for each in found for one in each.results}
+    verdicts = {result.verdict for each in verifications for result in each.results}
     if "violated" in verdicts:
         return MISSION_FAILED
-    is_open = any(each.why_cut and one.verdict == "open" for each in found for one in each.results)
+    is_open = any(
+        each.why_cut and result.verdict == "open"
+        for each in verifications
+        for result in each.results
+    )
     return UNKNOWN if "unknown" in verdicts or is_open else SUCCESS
 
 
@@ -121,9 +125,9 @@ def _requirements(
     else:
         own = recorded.own()
     more = read_requirements(options.require, recorded.names)
-    found = {one.name: one for one in (*own, *more)}
-    if found:
-        return tuple(found.values())
+    requirements = {requirement.name: requirement for requirement in (*own, *more)}
+    if requirements:
+        return tuple(requirements.values())
     if options.mission:
         why = f"{options.mission} has no requirements"
     elif recorded.is_of_mission:
@@ -134,28 +138,28 @@ def _requirements(
 
 
 def _as_dict(
-    options: argparse.Namespace, recorded: RecordedRequirements, found: Verification
+    options: argparse.Namespace, recorded: RecordedRequirements, verification: Verification
 ) -> dict[str, Any]:
     return {
         "recording": str(options.file),
         "mission": recorded.mission,
-        "requirements": [asdict(one) for one in found.results],
-        "notes": list(found.notes),
-        "recording_lacks": "; ".join(filter(None, (found.why_cut, found.lacks))),
+        "requirements": [asdict(result) for result in verification.results],
+        "notes": list(verification.notes),
+        "recording_lacks": "; ".join(filter(None, (verification.why_cut, verification.lacks))),
     }
 
 
 def _lines(
-    options: argparse.Namespace, recorded: RecordedRequirements, found: Verification
+    options: argparse.Namespace, recorded: RecordedRequirements, verification: Verification
 ) -> list[str]:
     what = recorded.mission or "no mission"
     lines = [f"{options.file}: {what}, {seconds(recorded.duration_s)}"]
-    lines += [f"  {note}" for note in found.notes]
-    lines += [f"  requirement {one}" for one in found.results]
-    if found.why_cut:
-        lines.append(f"  {found.why_cut}")
-    if found.lacks:
-        lines.append(f"  it lacks {found.lacks}")
+    lines += [f"  {note}" for note in verification.notes]
+    lines += [f"  requirement {result}" for result in verification.results]
+    if verification.why_cut:
+        lines.append(f"  {verification.why_cut}")
+    if verification.lacks:
+        lines.append(f"  it lacks {verification.lacks}")
     return lines
 
 

@@ -139,22 +139,22 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
     has_said = False
     while True:
         observer.serve(WAIT_S)
-        found = observer.find()
-        if since_found is None and found:
+        executives = observer.find()
+        if since_found is None and executives:
             since_found = Stopwatch()
         is_late = options.wait is not None and since.elapsed_s > options.wait
         has_settled = since_found is not None and since_found.elapsed_s > SETTLE_S
-        if has_settled or (found and is_late):
-            chosen = choose(found, wanted)
+        if has_settled or (executives and is_late):
+            chosen = choose(executives, wanted)
             if chosen is not None:
                 if chosen.fault:
                     print(f"{chosen.name}: {chosen.fault}", file=sys.stderr)
                 return observer.attach(chosen.name, with_robot=False)
         if is_late:
-            print(nobody(wanted, found, observer.where), file=sys.stderr)
+            print(nobody(wanted, executives, observer.where), file=sys.stderr)
             return None
-        if not has_said and since.elapsed_s > 3 * SETTLE_S and (has_settled or not found):
-            print(f"{nobody(wanted, found, observer.where)}\nlooking ...", file=sys.stderr)
+        if not has_said and since.elapsed_s > 3 * SETTLE_S and (has_settled or not executives):
+            print(f"{nobody(wanted, executives, observer.where)}\nlooking ...", file=sys.stderr)
             has_said = True
 
 
@@ -215,16 +215,16 @@ def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: boo
     while not _reader_has_left():
         observer.serve(WAIT_S)
         for batch in link.take(needs_statuses=feed.needs_statuses).messages:
-            for one in feed.take(batch):
+            for event in feed.take(batch):
                 if as_json:
-                    print(json_line(one, mission.tree.nodes if mission.tree else ()), flush=True)
-                elif isinstance(one, RunStarted | TreeRevised):
-                    print("\n".join(_shown_tree(one, mission, marks)), flush=True)
+                    print(json_line(event, mission.tree.nodes if mission.tree else ()), flush=True)
+                elif isinstance(event, RunStarted | TreeRevised):
+                    print("\n".join(_shown_tree(event, mission, marks)), flush=True)
                     requirements = RequirementLines(mission.requirements)
-                elif isinstance(one, RequirementChanged):
-                    for line in requirements.take(one, mission.tree):
+                elif isinstance(event, RequirementChanged):
+                    for line in requirements.take(event, mission.tree):
                         print(line, flush=True)
-                elif (entry := mission.entry_of(one)) is not None and mission.tree is not None:
+                elif (entry := mission.entry_of(event)) is not None and mission.tree is not None:
                     print(log_line(entry, mission.tree.time_ns, marks), flush=True)
         if link.is_there != was_there:
             was_there = link.is_there

@@ -216,10 +216,14 @@ def stay_until_left(status: str) -> None:
 
 def web_arguments(options: argparse.Namespace) -> list[str]:
     """The same options for another process."""
-    given = [one for one in options.parser.options if one.group == GROUP and one.is_given(options)]
+    given = [
+        option
+        for option in options.parser.options
+        if option.group == GROUP and option.is_given(options)
+    ]
     return [
-        one.name if one.is_flag else f"{one.name}={getattr(options, one.attribute)}"
-        for one in given
+        option.name if option.is_flag else f"{option.name}={getattr(options, option.attribute)}"
+        for option in given
     ]
 
 

@@ -82,7 +82,9 @@ def restamp(message: Any, like: Any) -> None:
     Raises:
         ScenarioError: When it has none.
     """
-    stamps = [(one.header, other.header) for one, other in _stamped(message, like)]
+    stamps = [
+        (message_stamp.header, other.header) for message_stamp, other in _stamped(message, like)
+    ]
     if not stamps:
         raise ScenarioError(f"freeze: a {type(message).__name__} has no stamp to refresh")
     for header, other in stamps:
@@ -125,19 +127,19 @@ def _values(change: Callable[[Any], Any]) -> ReadyMade:
     """Return what changes all values in fields and below them; headers and times stay."""
 
     def apply(message: Any, names: list[str]) -> bool:
-        found = False
+        has_changed = False
         for name in names:
             value = getattr(message, name)
             if isinstance(value, Header | Time | Duration):
                 continue
             parts = value if isinstance(value, list) else [value]
             if parts and hasattr(parts[0], "get_fields_and_field_types"):
-                for one in parts:
-                    found |= apply(one, list(one.get_fields_and_field_types()))
+                for part in parts:
+                    has_changed |= apply(part, list(part.get_fields_and_field_types()))
             elif (changed := change(value)) is not None:
                 setattr(message, name, changed)
-                found = True
-        return found
+                has_changed = True
+        return has_changed
 
     return apply
 
@@ -146,9 +148,9 @@ def _headers(change: Callable[[Header], None]) -> ReadyMade:
     """Return what changes the headers of a message."""
 
     def apply(message: Any, _: list[str]) -> bool:
-        stamped = [one for one, _ in _stamped(message, message)]
-        for one in stamped:
-            change(one.header)
+        stamped = [first for first, _ in _stamped(message, message)]
+        for stamped_message in stamped:
+            change(stamped_message.header)
         return bool(stamped)
 
     return apply

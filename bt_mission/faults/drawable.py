@@ -83,4 +83,4 @@ class Drawable:
 
     def fields_of(self, fault: str) -> list[FieldValues]:
         """Return the fields that a fault may give other values."""
-        return [one for one in self.fields if one.fault == fault]
+        return [field for field in self.fields if field.fault == fault]

@@ -20,8 +20,8 @@ LONGEST_HELD_S = 3.0
 """An event has been true for so long at most when a fault begins, s."""
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
-    group: tuple(one.name for one in FAULTS.values() if one.group == group)
-    for group in dict.fromkeys(one.group for one in FAULTS.values())
+    group: tuple(injectable.name for injectable in FAULTS.values() if injectable.group == group)
+    for group in dict.fromkeys(injectable.group for injectable in FAULTS.values())
     if group
 }
 """The faults of each group; the first is the simplest."""
@@ -52,14 +52,14 @@ def unknown_kind(name: str) -> tuple[str, str | None] | None:
         return None
     if name in FAULTS:
         return f"{quoted(name)}: obstacles have separate ranges, 'obstacles:'", None
-    near = did_you_mean(name, (*GROUPS, *(one.name for one in FAULTS.values() if one.group)))
+    near = did_you_mean(name, (*GROUPS, *(kind.name for kind in FAULTS.values() if kind.group)))
     known = None if near else f"groups: {', '.join(GROUPS)}; or the name of a fault"
     return f"unknown fault {quoted(name)}", near or known
 
 
 def faults_of(kinds: Iterable[str]) -> tuple[str, ...]:
     """Return the faults of kinds and groups, each once."""
-    return tuple(dict.fromkeys(one for kind in kinds for one in GROUPS.get(kind, (kind,))))
+    return tuple(dict.fromkeys(name for kind in kinds for name in GROUPS.get(kind, (kind,))))
 
 
 def drawn_faults(
@@ -82,7 +82,11 @@ def can_be_drawn(name: str, drawable: Drawable) -> bool:
     needed: dict[str, Sequence[Any]] = {"leaf": drawable.leaves, "service": drawable.services}
     if kind.needs_fields and not drawable.fields_of(name):
         return False
-    return all(needed.get(one.names, True) for one in kind.parameters.values() if one.is_required)
+    return all(
+        needed.get(parameter.names, True)
+        for parameter in kind.parameters.values()
+        if parameter.is_required
+    )
 
 
 def drawn_fault(draws: Draws, drawable: Drawable) -> tuple[PlannedFault, ...]:
@@ -109,7 +113,11 @@ def _drawn_arguments(kind: FaultKind, draws: Draws, drawable: Drawable) -> dict[
     if kind.draw is not None:
         given = dict(kind.draw(draws, drawable))
     else:
-        given = {one.name: one.drawn(draws, drawable) for one in kind.declared if one.drawn}
+        given = {
+            parameter.name: parameter.drawn(draws, drawable)
+            for parameter in kind.declared
+            if parameter.drawn
+        }
     if kind.lasts and not kind.waits:
         given["lasting"] = drawable.period(draws, *drawable.lasting, STEP_S)
     return given

@@ -154,7 +154,7 @@ class FaultInstance:
         self.number = len(run.faults) + 1
         self.made: Any = None
         self.kept: dict[Any, Any] = {}
-        likes = sum(str(one.fault) == str(fault) for one in run.faults)
+        likes = sum(str(injected.fault) == str(fault) for injected in run.faults)
         self.is_within_step = run.stage.is_stepping
         """Did it begin while an instant was served, rather than between two?"""
         self.is_ended_from_outside = False
@@ -274,9 +274,11 @@ class FaultInstance:
         """
         node = self.run.robot_run.node
         full = node.resolve_topic_name(name)
-        known = {one for one, _ in node.get_topic_names_and_types()}
+        known = {topic for topic, _ in node.get_topic_names_and_types()}
         if full not in known:
-            raise no_such("topic", full, sorted(one for one in known if "/_action/" not in one))
+            raise no_such(
+                "topic", full, sorted(topic for topic in known if "/_action/" not in topic)
+            )
         return full
 
     def action(self, name: str) -> str:
@@ -312,10 +314,10 @@ class FaultInstance:
         stage = self.run.stage
         full = self.run.robot_run.node.resolve_service_name(name)
         known = {
-            one.service_name: one.srv_type
+            service.service_name: service.srv_type
             for node in stage.clock.get_nodes()
-            for one in node.services
-            if "/_action/" not in one.service_name
+            for service in node.services
+            if "/_action/" not in service.service_name
         }
         if full not in known:
             raise no_such("service", full, sorted(known))
@@ -339,11 +341,11 @@ class FaultInstance:
         """
         namespace = self.run.robot_run.node.get_namespace().rstrip("/")
         full = name if name.startswith("/") else f"{namespace}/{name}"
-        known = {one.get_fully_qualified_name(): one for one in self.run.stage.clock.get_nodes()}
-        found = known.get(full) or known.get(f"/{name}")
-        if found is None:
+        known = {node.get_fully_qualified_name(): node for node in self.run.stage.clock.get_nodes()}
+        node = known.get(full) or known.get(f"/{name}")
+        if node is None:
             raise no_such("node", full, list(known))
-        return found
+        return node
 
 
 def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:

@@ -57,7 +57,9 @@ class FaultKind:
     @cached_property
     def parameters(self) -> Mapping[str, Parameter]:
         """Those that can be written, by their names, without `lasting`."""
-        return {one.name: one for one in self.declared if one.form != "python"}
+        return {
+            parameter.name: parameter for parameter in self.declared if parameter.form != "python"
+        }
 
     @cached_property
     def optional(self) -> Mapping[str, Parameter]:
@@ -67,7 +69,7 @@ class FaultKind:
     @property
     def usage(self) -> str:
         """How it is written: ``drop TOPIC [share N] [every N] [lasting s]``."""
-        parts = [self.name, *(one.usage for one in self.parameters.values())]
+        parts = [self.name, *(parameter.usage for parameter in self.parameters.values())]
         parts += ["[FIELD=VALUE]..."] if self.takes_fields else []
         parts += [LASTING.usage] if self.lasts else []
         return " ".join(parts)
@@ -76,21 +78,21 @@ class FaultKind:
     def signature(self) -> inspect.Signature:
         """How code calls it."""
         kinds = inspect.Parameter
-        found = [
+        signature = [
             kinds(
-                one.name,
+                parameter.name,
                 kinds.VAR_POSITIONAL
-                if one.repeats
+                if parameter.repeats
                 else kinds.KEYWORD_ONLY
-                if one.by_name
+                if parameter.by_name
                 else kinds.POSITIONAL_OR_KEYWORD,
-                default=one.default,
+                default=parameter.default,
             )
-            for one in self.declared
+            for parameter in self.declared
         ]
-        found += [kinds("lasting", kinds.KEYWORD_ONLY, default=None)] if self.lasts else []
-        found += [kinds("fields", kinds.VAR_KEYWORD)] if self.takes_fields else []
-        return inspect.Signature(found)
+        signature += [kinds("lasting", kinds.KEYWORD_ONLY, default=None)] if self.lasts else []
+        signature += [kinds("fields", kinds.VAR_KEYWORD)] if self.takes_fields else []
+        return inspect.Signature(signature)
 
     def make(self, *args: Any, **options: Any) -> Fault:
         """Make the fault.
@@ -103,9 +105,12 @@ class FaultKind:
         bound.apply_defaults()
         given = bound.arguments
         lasting = given.pop("lasting", None)
-        for one, value in (*((one, given[one.name]) for one in self.declared), (LASTING, lasting)):
-            if not one.accepts(value):
-                expected = f"expected {one.expected} for '{one.name}', got {value!r}"
+        for parameter, value in (
+            *((parameter, given[parameter.name]) for parameter in self.declared),
+            (LASTING, lasting),
+        ):
+            if not parameter.accepts(value):
+                expected = f"expected {parameter.expected} for '{parameter.name}', got {value!r}"
                 raise ScenarioError(f"{self.name}: {expected}")
         if self.needs_fields and not given["fields"]:
             raise ScenarioError(f"{self.name}: give fields, such as error_code=906")
@@ -118,9 +123,11 @@ class FaultKind:
     def _shown(self, given: Arguments) -> dict[str, Any]:
         """Return the arguments without those that change nothing."""
         shown = {}
-        for one in self.declared:
-            value = given[one.name]
-            is_usual = (one.is_quiet or not one.default) and bool(value == one.default)
-            if value is not None and not is_usual and not (one.repeats and not value):
-                shown[one.name] = value
+        for parameter in self.declared:
+            value = given[parameter.name]
+            is_usual = (parameter.is_quiet or not parameter.default) and bool(
+                value == parameter.default
+            )
+            if value is not None and not is_usual and not (parameter.repeats and not value):
+                shown[parameter.name] = value
         return {**shown, **given.get("fields", {})}

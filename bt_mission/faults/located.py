@@ -110,16 +110,16 @@ def fault_in_text(text: str, robots: Sequence[str] = ()) -> WrittenFault:
 
 def faults_in_texts(texts: Sequence[str], robots: Sequence[str] = ()) -> tuple[WrittenFault, ...]:
     """Return the faults of options. Raises InputError, with all errors."""
-    found: list[WrittenFault] = []
+    faults: list[WrittenFault] = []
     wrong: list[Diagnostic] = []
     for text in texts:
         try:
-            found.append(fault_in_text(text, robots))
+            faults.append(fault_in_text(text, robots))
         except InputError as error:
             wrong += error.diagnostics
     if wrong:
         raise InputError(wrong)
-    return tuple(found)
+    return tuple(faults)
 
 
 def planned_on(
@@ -146,8 +146,8 @@ def planned_in(
     wrong: list[Diagnostic] = []
     for target in targets:
         robot = target.robot_run.name
-        own = [one for one in written if one.robot in ("", robot)]
-        plan = FaultPlan(target, [one.planned for one in own])
+        own = [written_fault for written_fault in written if written_fault.robot in ("", robot)]
+        plan = FaultPlan(target, [written_fault.planned for written_fault in own])
         plans[robot] = own, plan
         for problem in plan.problems():
             fault = own[problem.number]

@@ -227,21 +227,21 @@ def _no_field_of_function(given: Arguments) -> str:
     return "'field' needs a named corruption, not a function" if is_function else ""
 
 
-def _drawn_freeze(draws: Draws, found: Drawable) -> Arguments:
-    name = one_of(draws, tuple(found.topics))
-    has_stamps = "old stamp" in corruptions_of(found.topics[name])
+def _drawn_freeze(draws: Draws, drawable: Drawable) -> Arguments:
+    name = one_of(draws, tuple(drawable.topics))
+    has_stamps = "old stamp" in corruptions_of(drawable.topics[name])
     return {"topic": name, **({"fresh_stamps": True} if has_stamps and maybe(draws, 4) else {})}
 
 
-def _drawn_corruption(draws: Draws, found: Drawable) -> Arguments:
-    ways = {name: corruptions_of(kind) for name, kind in found.topics.items()}
+def _drawn_corruption(draws: Draws, drawable: Drawable) -> Arguments:
+    ways = {name: corruptions_of(kind) for name, kind in drawable.topics.items()}
     name = one_of(draws, [name for name, each in ways.items() if each])
     return {"topic": name, "how": one_of(draws, ways[name])}
 
 
 def _drawn_field(fault: str, target: str) -> Callable[[Draws, Drawable], Arguments]:
-    def draw(draws: Draws, found: Drawable) -> Arguments:
-        chosen = one_of(draws, found.fields_of(fault))
+    def draw(draws: Draws, drawable: Drawable) -> Arguments:
+        chosen = one_of(draws, drawable.fields_of(fault))
         return {target: chosen.target, chosen.field: one_of(draws, chosen.values)}
 
     return draw

@@ -194,13 +194,16 @@ def any_of(*values: Any) -> Drawn:
 
 
 TOPIC = Parameter(
-    "topic", "text", names="topic", drawn=lambda draws, found: one_of(draws, tuple(found.topics))
+    "topic",
+    "text",
+    names="topic",
+    drawn=lambda draws, present: one_of(draws, tuple(present.topics)),
 )
 ACTION = Parameter(
-    "action", "text", names="action", drawn=lambda draws, found: one_of(draws, found.actions)
+    "action", "text", names="action", drawn=lambda draws, present: one_of(draws, present.actions)
 )
 SERVICE = Parameter(
-    "service", "text", names="service", drawn=lambda draws, found: one_of(draws, found.services)
+    "service", "text", names="service", drawn=lambda draws, present: one_of(draws, present.services)
 )
 GOALS = Parameter(
     "goals",

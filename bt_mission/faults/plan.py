@@ -66,15 +66,15 @@ class FaultPlan:
         self._target = target
         self._stage = stage = target.stage
         self._run = target.robot_run
-        self._run.facts["faults"] = json.dumps([one.text for one in planned])
-        self._faults: list[Fault] = [one.make() for one in planned]
+        self._run.facts["faults"] = json.dumps([fault.text for fault in planned])
+        self._faults: list[Fault] = [fault.make() for fault in planned]
         self._signals: StageSignals | None = None
         self._conditions: dict[int, ConditionMonitor] = {}
         self._true: set[int] = set()
         self._watched: list[_Watched] = []
         self._cycles = self._run.executive.cycles
-        for number, one in enumerate(planned):
-            self._plan(number, one)
+        for number, fault in enumerate(planned):
+            self._plan(number, fault)
         if self._conditions:
             self._run.executive.after_tick.append(self._look)
         if self._watched:
@@ -83,20 +83,20 @@ class FaultPlan:
     def problems(self) -> Iterator[FaultProblem]:
         """Yield what planned faults name, break or place, and what is not there at the start."""
         yield from self._misplaced()
-        for number, one in enumerate(self.planned):
+        for number, fault in enumerate(self.planned):
             finders = self._finders(self._faults[number])
-            for parameter in one.kind.parameters.values():
-                name = one.arguments.get(parameter.name)
+            for parameter in fault.kind.parameters.values():
+                name = fault.arguments.get(parameter.name)
                 if not parameter.names or not isinstance(name, str):
                     continue
                 try:
                     finders[parameter.names](name)
                 except ScenarioError as error:
                     yield FaultProblem("BT-704", number, str(error), name)
-            if why := self._run.robot.faults.lacks.get(one.kind.part):
-                yield FaultProblem("BT-704", number, why, one.kind.name)
-            if isinstance(one.begins, WhenTrue):
-                yield from self._unknown(number, one.begins.condition)
+            if why := self._run.robot.faults.lacks.get(fault.kind.part):
+                yield FaultProblem("BT-704", number, why, fault.kind.name)
+            if isinstance(fault.begins, WhenTrue):
+                yield from self._unknown(number, fault.begins.condition)
 
     def _misplaced(self) -> Iterator[FaultProblem]:
         """Yield the obstacles that are never on the floor, or have no room at the start.
@@ -104,32 +104,32 @@ class FaultPlan:
         Those of the start are put there in their order, and taken away at the end.
         """
         with ExitStack() as placed:
-            for number, one in enumerate(self.planned):
+            for number, fault in enumerate(self.planned):
                 try:
-                    self._check_floor(one)
-                    if one.begins != AtTime(0.0):
+                    self._check_floor(fault)
+                    if fault.begins != AtTime(0.0):
                         continue
-                    if one.name == "remove_box":
+                    if fault.name == "remove_box":
                         placed.close()
-                    elif one.name in OBSTACLES:
+                    elif fault.name in OBSTACLES:
                         instance = FaultInstance(self._target, self._faults[number])
                         placed.callback(instance.undo_all)
                         instance.fault.begin(instance)
                 except ScenarioError as error:
                     yield FaultProblem("BT-704", number, str(error))
 
-    def _check_floor(self, one: PlannedFault) -> None:
+    def _check_floor(self, fault: PlannedFault) -> None:
         """Raise ScenarioError for a place of the map that is beside the floor."""
-        match one.arguments.get("at"):
+        match fault.arguments.get("at"):
             case (int() | float() as x, int() | float() as y):
                 pass
             case _:
                 return
-        if one.arguments.get("nearest_free"):
+        if fault.arguments.get("nearest_free"):
             return
-        name = one.arguments.get("box" if one.name == "move_box" else "name")
-        default = "box" if one.name == "move_box" else one.name.removeprefix("spawn_")
-        with mistakes_of_test(one.name):
+        name = fault.arguments.get("box" if fault.name == "move_box" else "name")
+        default = "box" if fault.name == "move_box" else fault.name.removeprefix("spawn_")
+        with mistakes_of_test(fault.name):
             self._run.robot.physics.props.check_floor(str(name or default), x, y)
 
     def _unknown(self, number: int, condition: Condition) -> Iterator[FaultProblem]:
@@ -146,24 +146,24 @@ class FaultPlan:
 
     def outcomes(self) -> tuple[FaultOutcome, ...]:
         """The outcome of each, in the order of the plan."""
-        instances = {id(one.fault): one for one in self._target.faults}
-        found = []
-        for number, one in enumerate(self.planned):
+        instances = {id(fault.fault): fault for fault in self._target.faults}
+        states = []
+        for number, fault in enumerate(self.planned):
             instance = instances.get(id(self._faults[number]))
-            found.append(
+            states.append(
                 FaultOutcome(
-                    fault=one.text,
+                    fault=fault.text,
                     began=None if instance is None else instance.began_s,
                     ended=None if instance is None else instance.ended_s,
-                    why=self._why_not(number, one) if instance is None else "",
+                    why=self._why_not(number, fault) if instance is None else "",
                 )
             )
-        return tuple(found)
+        return tuple(states)
 
     # ---- beginning -----------------------------------------------------------------------
 
-    def _plan(self, number: int, one: PlannedFault) -> None:
-        match one.begins:
+    def _plan(self, number: int, fault: PlannedFault) -> None:
+        match fault.begins:
             case AtTime(time_s=time_s):
                 at_ns = self._stage.start_ns + round(time_s * NS)
                 self._stage.clock.call_at(at_ns, lambda: self._begin(number))
@@ -183,7 +183,9 @@ class FaultPlan:
         assert self._signals is not None, "it is called only where there are conditions"
         self._signals.step()
         since_ns = self._run.runner.now_ns - self._stage.start_ns
-        self._true |= {number for number, one in self._conditions.items() if one.step(since_ns)}
+        self._true |= {
+            number for number, condition in self._conditions.items() if condition.step(since_ns)
+        }
         self._signals.forget()
 
     def _after_step(self) -> None:
@@ -191,10 +193,10 @@ class FaultPlan:
         if self._run.executive.cycles == self._cycles:
             return
         self._cycles = self._run.executive.cycles
-        for one in tuple(self._watched):
-            if one.is_due(self._stage.now_ns):
-                self._watched.remove(one)
-                self._begin(one.number)
+        for watched in tuple(self._watched):
+            if watched.is_due(self._stage.now_ns):
+                self._watched.remove(watched)
+                self._begin(watched.number)
 
     def _begin(self, number: int) -> None:
         if self._run.executive.is_done:
@@ -221,16 +223,16 @@ class FaultPlan:
         """Look for an action without having it offered before its time."""
         node = self._run.node
         full = node.resolve_topic_name(ACTION_NAMES[name].name if name in ACTION_NAMES else name)
-        known = {node.resolve_topic_name(one.name) for one in ACTION_NAMES.values()}
+        known = {node.resolve_topic_name(action.name) for action in ACTION_NAMES.values()}
         known |= {*self._run.servers.actions, *self._target.scripted}
         if full not in known:
             raise no_such("action", full, sorted(known))
 
-    def _why_not(self, number: int, one: PlannedFault) -> str:
+    def _why_not(self, number: int, fault: PlannedFault) -> str:
         if number in self.errors:
             return f"it could not be injected: {self.errors[number]}"
         end_ns = self._run.executive.ended_ns or self._stage.now_ns
         end_s = (end_ns - self._stage.start_ns) / NS
-        if isinstance(one.begins, WhenTrue):
+        if isinstance(fault.begins, WhenTrue):
             return f"its condition was not true by the end at {seconds(end_s)}"
         return f"the mission ended at {seconds(end_s)}"

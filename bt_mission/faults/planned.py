@@ -87,9 +87,11 @@ class PlannedFault:
         Raises:
             ScenarioError: When the arguments are not what the fault takes.
         """
-        repeats = [one.name for one in self.kind.parameters.values() if one.repeats]
+        repeats = [
+            parameter.name for parameter in self.kind.parameters.values() if parameter.repeats
+        ]
         several = [value for name in repeats for value in self._several(name)]
-        named = {name: one for name, one in self.arguments.items() if name not in repeats}
+        named = {name: argument for name, argument in self.arguments.items() if name not in repeats}
         if self.lasting is not None:
             named["lasting"] = self.lasting
         return self.kind.make(*several, **named)
@@ -104,15 +106,15 @@ class PlannedFault:
         """The same without the time."""
         parts = [self.name]
         in_order = True
-        for one in self.kind.parameters.values():
-            if one.name not in self.arguments:
+        for parameter in self.kind.parameters.values():
+            if parameter.name not in self.arguments:
                 in_order = False
-            elif one.repeats:
-                parts += [self._shown(value) for value in self._several(one.name)]
+            elif parameter.repeats:
+                parts += [self._shown(value) for value in self._several(parameter.name)]
             else:
-                in_order = in_order and one.is_required
-                shown = self._shown(self.arguments[one.name])
-                parts.append(shown if in_order else f"{one.name} {shown}")
+                in_order = in_order and parameter.is_required
+                shown = self._shown(self.arguments[parameter.name])
+                parts.append(shown if in_order else f"{parameter.name} {shown}")
         others = self.arguments.keys() - self.kind.parameters.keys()
         parts += [f"{name}={self._shown(self.arguments[name])}" for name in sorted(others)]
         parts += [] if self.lasting is None else [f"lasting {self.lasting!r}"]

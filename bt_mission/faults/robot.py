@@ -52,7 +52,9 @@ def _breaks(part: str, changes_of: Callable[[Arguments], Mapping[str, Any]]) -> 
 
         def repair() -> None:
             faults.clear(part)
-            for other in (one.made for one in fault.run.faults if one.ended_ns is None):
+            for other in (
+                injected.made for injected in fault.run.faults if injected.ended_ns is None
+            ):
                 if isinstance(other, Breakage) and other.part == part and other is not made:
                     faults.set(part, **other.changes)
 
@@ -107,10 +109,10 @@ def _figure(
     """Return the parameter that sets a figure of a part, with its unit and limits."""
     field = of.model_fields[figure]
     limits = {
-        name: getattr(one, name)
-        for one in field.metadata
+        name: getattr(metadata, name)
+        for metadata in field.metadata
         for name in ("ge", "le")
-        if hasattr(one, name)
+        if hasattr(metadata, name)
     }
     unit = (field.description or "").rpartition(" ")[2]
     unit = unit if unit in UNITS else ""

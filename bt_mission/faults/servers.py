@@ -123,7 +123,11 @@ def _raise_in_leaf(fault: FaultInstance, given: Arguments) -> None:
     leaf = given["leaf"]
     node = fault.run.find(leaf)
     if node.children:
-        leaves = [one.name for one in fault.run.robot_run.executive.nodes if not one.children]
+        leaves = [
+            tree_node.name
+            for tree_node in fault.run.robot_run.executive.nodes
+            if not tree_node.children
+        ]
         raise no_such("leaf", leaf, leaves)
     if not isinstance(node, Hooked):
         raise ScenarioError(
@@ -153,17 +157,17 @@ def _raise_in_callback(fault: FaultInstance, given: Arguments) -> None:
 def _callback(node: Node, name: str) -> tuple[str, Side]:
     """Find what wakes a node under a name."""
     full = node.resolve_topic_name(name)
-    topics = {one.topic_name for one in node.subscriptions}
-    services = {one.service_name for one in node.services}
+    topics = {subscription.topic_name for subscription in node.subscriptions}
+    services = {service.service_name for service in node.services}
     if full not in topics | services:
         what = f"topic or service of {node.get_fully_qualified_name()}"
         raise no_such(what, full, sorted(topics | services))
     return full, Side.MESSAGE if full in topics else Side.REQUEST
 
 
-def _drawn_leaf(draws: Draws, found: Drawable) -> Arguments:
+def _drawn_leaf(draws: Draws, drawable: Drawable) -> Arguments:
     method = one_of(draws, ("update", "initialise", "terminate"))
-    return {"leaf": one_of(draws, found.leaves), "method": method}
+    return {"leaf": one_of(draws, drawable.leaves), "method": method}
 
 
 # ---- rows --------------------------------------------------------------------------------------

@@ -60,10 +60,10 @@ def find_node(executive: Executive, name: str) -> Behaviour:
         ScenarioError: If not exactly one exists.
     """
     paths = {node: executive.path_of(node) for node in executive.nodes}
-    found = [node for node, path in paths.items() if name in (node.name, path)]
-    if not found:
+    matching = [node for node, path in paths.items() if name in (node.name, path)]
+    if not matching:
         raise no_such("node", name, list(dict.fromkeys(node.name for node in paths)))
-    if len(found) > 1:
-        named = ", ".join(f"'{paths[node]}'" for node in found)
+    if len(matching) > 1:
+        named = ", ".join(f"'{paths[node]}'" for node in matching)
         raise ScenarioError(f"several nodes are named '{name}': use a path, {named}")
-    return found[0]
+    return matching[0]

@@ -51,7 +51,7 @@ def parse_fault(text: str) -> PlannedFault:
         got = quoted(word[1]) if word[1] else "nothing"
         message = f"expected a fault such as '{EXAMPLE}', got {got} in place of at, after or when"
         raise ExpressionError("BT-701", message, word.start(1) + 1, near)
-    colons = [one.start() for one in _QUOTED.finditer(text) if one["colon"]]
+    colons = [match.start() for match in _QUOTED.finditer(text) if match["colon"]]
     if not colons:
         message = f"expected ':' between when a fault begins and what it is, as in '{EXAMPLE}'"
         raise ExpressionError("BT-701", message, len(text) + 1)
@@ -207,17 +207,17 @@ class _Parser:
     def _numbers(
         self, end: str, reader: ArgumentReader
     ) -> tuple[int | float | WrittenQuantity, ...]:
-        found: list[int | float | WrittenQuantity] = []
+        numbers: list[int | float | WrittenQuantity] = []
         while True:
             token = self._take()
             if token.kind != "number":
                 raise ExpressionError(
                     "BT-701", f"expected a number, got {token.shown}", token.column
                 )
-            found.append(self._number(token, reader, has_unit=True))
+            numbers.append(self._number(token, reader, has_unit=True))
             token = self._take()
             if token.text == end:
-                return tuple(found)
+                return tuple(numbers)
             if token.text != ",":
                 raise ExpressionError(
                     "BT-701", f"expected ',' or '{end}', got {token.shown}", token.column
@@ -225,7 +225,7 @@ class _Parser:
 
 
 def _tokens(text: str, start: int) -> list[_Token]:
-    found = []
+    tokens = []
     at = start
     while at < len(text):
         match = _TOKEN.match(text, at)
@@ -233,9 +233,9 @@ def _tokens(text: str, start: int) -> list[_Token]:
             raise ExpressionError("BT-701", f"unexpected {quoted(text[at])}", at + 1)
         assert match.lastgroup is not None, "every alternative has a name"
         if match.lastgroup != "blank":
-            found.append(_Token(match.lastgroup, match[0], at + 1))
+            tokens.append(_Token(match.lastgroup, match[0], at + 1))
         at = match.end()
-    return [*found, _Token("end", "", len(text) + 1)]
+    return [*tokens, _Token("end", "", len(text) + 1)]
 
 
 def _unquoted(token: _Token) -> str:

@@ -49,10 +49,12 @@ class ArgumentReader:
             raise ExpressionError("BT-702", f"unknown fault {quoted(name)}{known}", column, near)
         self._kind = FAULTS[name]
         self._column = column
-        self._found: dict[str, Value] = {}
+        self._arguments: dict[str, Value] = {}
         self._lasting: float | None = None
         self._bare: set[str] = set()
-        self._free = [one for one in self._kind.parameters.values() if not one.by_name]
+        self._free = [
+            parameter for parameter in self._kind.parameters.values() if not parameter.by_name
+        ]
 
     def knows(self, name: str) -> bool:
         """Tell whether an argument has this name."""
@@ -73,45 +75,45 @@ class ArgumentReader:
 
     def is_next(self, name: str) -> bool:
         """Tell whether the next value by position is one of this argument."""
-        return any(one.name == name for one in self._unset()[:1])
+        return any(unset.name == name for unset in self._unset()[:1])
 
     def has_unit(self, name: str | None) -> bool:
         """Tell whether the argument of this name, or else the next one by position, has a unit."""
         if name == "lasting":
             return True
-        one = self._kind.parameters.get(name) if name else next(iter(self._unset()), None)
-        return bool(one and one.unit)
+        parameter = self._kind.parameters.get(name) if name else next(iter(self._unset()), None)
+        return bool(parameter and parameter.unit)
 
     def by_position(self, given: Given) -> None:
         """Take the value of the next argument."""
-        one = next(iter(self._unset()), None)
-        if one is None:
+        parameter = next(iter(self._unset()), None)
+        if parameter is None:
             message = f"unexpected {_described(given.value)}"
             near = did_you_mean(str(given.value), (*self._kind.parameters, "lasting"))
             raise ExpressionError(
                 "BT-703", message, given.column, near or f"write '{self._kind.usage}'"
             )
-        value = argument_value(one, given.value, given.column)
-        self._note_bare(one.name, given)
-        if one.repeats:
-            before = self._found.get(one.name, ())
+        value = argument_value(parameter, given.value, given.column)
+        self._note_bare(parameter.name, given)
+        if parameter.repeats:
+            before = self._arguments.get(parameter.name, ())
             assert isinstance(before, tuple)
-            self._found[one.name] = (*before, value)
+            self._arguments[parameter.name] = (*before, value)
         else:
-            self._found[one.name] = value
+            self._arguments[parameter.name] = value
 
     def by_name(self, name: str, given: Given, column: int) -> None:
         """Take the value of the argument of a name, which stands at a column."""
         kind = self._kind
-        if name in self._found or (name == "lasting" and self._lasting is not None):
+        if name in self._arguments or (name == "lasting" and self._lasting is not None):
             raise ExpressionError("BT-703", f"'{name}' is given twice", column)
         self._note_bare(name, given)
         if name == "lasting":
             self._lasting = self._read_lasting(given, column)
         elif name in kind.parameters:
-            self._found[name] = _argument(kind.parameters[name], given)
+            self._arguments[name] = _argument(kind.parameters[name], given)
         elif kind.takes_fields:
-            self._found[name] = _anything(given)
+            self._arguments[name] = _anything(given)
         else:
             message = f"{kind.name} has no argument {quoted(name)} (known: {listed(kind.optional)})"
             raise ExpressionError("BT-703", message, column, did_you_mean(name, kind.optional))
@@ -123,15 +125,15 @@ class ArgumentReader:
             ExpressionError: When one is missing, or the fault refuses one.
         """
         missing = [
-            one.name
-            for one in self._kind.parameters.values()
-            if one.is_required and one.name not in self._found
+            parameter.name
+            for parameter in self._kind.parameters.values()
+            if parameter.is_required and parameter.name not in self._arguments
         ]
         if missing:
             message = f"{self._kind.name} needs {' and '.join(missing)}"
             raise ExpressionError("BT-703", message, self._column, f"write '{self._kind.usage}'")
         bare = frozenset(self._bare)
-        planned = PlannedFault(begins, self._kind.name, self._found, self._lasting, bare)
+        planned = PlannedFault(begins, self._kind.name, self._arguments, self._lasting, bare)
         try:
             planned.make()
         except ScenarioError as error:
@@ -143,7 +145,11 @@ class ArgumentReader:
             self._bare.add(name)
 
     def _unset(self) -> list[Parameter]:
-        return [one for one in self._free if one.repeats or one.name not in self._found]
+        return [
+            parameter
+            for parameter in self._free
+            if parameter.repeats or parameter.name not in self._arguments
+        ]
 
     def _read_lasting(self, given: Given, column: int) -> float:
         if not self._kind.lasts:
@@ -172,41 +178,47 @@ def planned_fault(begins: Beginning, name: str, /, *arguments: Any, **options: A
     return reader.planned(begins)
 
 
-def _argument(one: Parameter, given: Given) -> Value:
+def _argument(parameter: Parameter, given: Given) -> Value:
     """Return what is written for an argument by its name."""
-    if not one.repeats:
-        return argument_value(one, given.value, given.column)
+    if not parameter.repeats:
+        return argument_value(parameter, given.value, given.column)
     values = given.value
     if not isinstance(values, list | tuple) or not values:
-        raise ExpressionError("BT-703", f"expected a list, each of {one.expected}", given.column)
+        raise ExpressionError(
+            "BT-703", f"expected a list, each of {parameter.expected}", given.column
+        )
     if not isinstance(values[0], list | tuple):
         values = (values,)
-    return tuple(argument_value(one, value, given.column) for value in values)
+    return tuple(argument_value(parameter, value, given.column) for value in values)
 
 
-def argument_value(one: Parameter, value: Any, column: int) -> Value:
+def argument_value(parameter: Parameter, value: Any, column: int) -> Value:
     """Return the value of an argument in its own unit.
 
     Raises:
         ExpressionError: For a value that it cannot be.
     """
-    found = _converted(one, value, column)
-    if found is None or not (one.accepts((found,)) if one.repeats else one.accepts(found)):
-        got = quoted(value) if one.choices and isinstance(value, str) else _described(value)
-        message = f"expected {one.expected} for '{one.name}', got {got}"
-        raise ExpressionError("BT-703", message, column, did_you_mean(str(value), one.choices))
-    return found
+    converted = _converted(parameter, value, column)
+    if converted is None or not (
+        parameter.accepts((converted,)) if parameter.repeats else parameter.accepts(converted)
+    ):
+        got = quoted(value) if parameter.choices and isinstance(value, str) else _described(value)
+        message = f"expected {parameter.expected} for '{parameter.name}', got {got}"
+        raise ExpressionError(
+            "BT-703", message, column, did_you_mean(str(value), parameter.choices)
+        )
+    return converted
 
 
-def _converted(one: Parameter, value: Any, column: int) -> Value | None:
+def _converted(parameter: Parameter, value: Any, column: int) -> Value | None:
     """Return a value in the unit of its argument; None for one of another form."""
-    match one.form, value:
+    match parameter.form, value:
         case "number", str() if re.match(r"\s*[-+.0-9]", value):
-            return _text_number(one, value, column)
+            return _text_number(parameter, value, column)
         case "number", int() | float() | WrittenQuantity():
-            return _in_unit(one, value)
-        case "numbers", list() | tuple() if len(value) == one.count:
-            return tuple(argument_value(_single(one), part, column) for part in value)
+            return _in_unit(parameter, value)
+        case "numbers", list() | tuple() if len(value) == parameter.count:
+            return tuple(argument_value(_single(parameter), part, column) for part in value)
         case "integer" | "flag" | "text", bool() | int() | float() | str():
             return value
         case "anything", _:
@@ -214,36 +226,33 @@ def _converted(one: Parameter, value: Any, column: int) -> Value | None:
     return None
 
 
-def _single(one: Parameter) -> Parameter:
-    return Parameter(one.name, "number", unit=one.unit, allowed=one.allowed)
+def _single(parameter: Parameter) -> Parameter:
+    return Parameter(parameter.name, "number", unit=parameter.unit, allowed=parameter.allowed)
 
 
-def _text_number(one: Parameter, text: str, column: int) -> float | None:
+def _text_number(parameter: Parameter, text: str, column: int) -> float | None:
     """Return a number that is written as text with its unit, such as ``2 s``; else None."""
-    found = re.fullmatch(r"\s*([-+0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*", text)
+    match = re.fullmatch(r"\s*([-+0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*", text)
     try:
-        number = float(found[1]) if found else None
+        number = float(match[1]) if match else None
     except ValueError:
         number = None
-    if found is None or number is None:
+    if match is None or number is None:
         return None
-    return _in_unit(one, WrittenQuantity(number, found[2], column))
+    return _in_unit(parameter, WrittenQuantity(number, match[2], column))
 
 
-def _in_unit(one: Parameter, value: float | WrittenQuantity) -> float:
+def _in_unit(parameter: Parameter, value: float | WrittenQuantity) -> float:
     """Return a number in the unit of its argument."""
     if not isinstance(value, WrittenQuantity):
         return value
-    fitting = [name for name, (_, base) in UNITS.items() if base == _base(one.unit)]
+    fitting = [name for name, (_, base) in UNITS.items() if base == _base(parameter.unit)]
     if value.unit not in fitting:
-        what = f"{one.unit and 'a unit of'} {one.unit}".strip()
-        message = (
-            f"'{one.name}' is in {one.unit} ({', '.join(fitting)}), got {quoted(value.unit)}"
-            if what
-            else f"'{one.name}' has no unit, got {quoted(value.unit)}"
-        )
+        what = f"{parameter.unit and 'a unit of'} {parameter.unit}".strip()
+        units = f"is in {parameter.unit} ({', '.join(fitting)})" if what else "has no unit"
+        message = f"'{parameter.name}' {units}, got {quoted(value.unit)}"
         raise ExpressionError("BT-703", message, value.column, did_you_mean(value.unit, fitting))
-    return converted(value.number, value.unit, one.unit)
+    return converted(value.number, value.unit, parameter.unit)
 
 
 def _base(unit: str) -> str:

@@ -60,11 +60,11 @@ def _move(fault: FaultInstance, given: Arguments) -> None:
 
 def _remove(fault: FaultInstance, given: Arguments) -> None:
     prop = _prop(fault, given["box"])
-    made = [one for one in fault.run.faults if one.made is prop]
+    made = [injected for injected in fault.run.faults if injected.made is prop]
     if not made:
         raise ScenarioError("remove_box: the obstacle belongs to a fault of another robot")
-    for one in made:
-        one.end()
+    for injected in made:
+        injected.end()
 
 
 def _place(fault: FaultInstance, given: Arguments) -> tuple[float, float, float]:
@@ -84,7 +84,7 @@ def _props(fault: FaultInstance) -> Any:
 
 
 def _free(fault: FaultInstance, name: str) -> str:
-    taken = {one.name for one in _props(fault)}
+    taken = {prop.name for prop in _props(fault)}
     if name not in taken:
         return name
     return next(other for n in count(2) if (other := f"{name} {n}") not in taken)
@@ -94,13 +94,17 @@ def _prop(fault: FaultInstance, box: Fault | str) -> Any:
     """Return the obstacle of a name, or that a fault has made."""
     there = list(_props(fault))
     if isinstance(box, Fault):
-        made = [one.made for one in fault.run.faults if one.fault is box and one.made in there]
+        made = [
+            injected.made
+            for injected in fault.run.faults
+            if injected.fault is box and injected.made in there
+        ]
         if not made:
             raise ScenarioError(f"{box!r} has no obstacle in the world now")
         return made[-1]
-    named = [one for one in there if one.name == box]
+    named = [spawned for spawned in there if spawned.name == box]
     if not named:
-        raise no_such("spawned obstacle", box, [one.name for one in there])
+        raise no_such("spawned obstacle", box, [spawned.name for spawned in there])
     return named[0]
 
 

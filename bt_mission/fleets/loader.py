@@ -109,12 +109,15 @@ class _Loader:
         checked_in = self._world_name(written) if world or self._changes.world else None
         seed = written.seed if self._changes.seed is None else self._changes.seed
         missions = {
-            name: self._mission(name, one, seed + number, checked_in, world)
-            for number, (name, one) in enumerate(written.robots.items())
+            name: self._mission(name, form, seed + number, checked_in, world)
+            for number, (name, form) in enumerate(written.robots.items())
         }
         self._check_inputs(written)
         missions = self._required(
-            {name: self._observed(one, written) for name, one in missions.items()}
+            {
+                name: self._observed(robot_mission, written)
+                for name, robot_mission in missions.items()
+            }
         )
         if self._changes.world is not None:
             world = load_world(self._changes.world, near=document.file)
@@ -144,7 +147,7 @@ class _Loader:
         return plan, in_order(self._diagnostics)
 
     def _has_errors(self) -> bool:
-        return any(one.severity == "error" for one in self._diagnostics)
+        return any(diagnostic.severity == "error" for diagnostic in self._diagnostics)
 
     def _note(
         self, code: str, path: tuple[str, ...], message: str, hint: str | None = None
@@ -165,37 +168,41 @@ class _Loader:
                 )
 
     def _mission(
-        self, name: str, one: FleetRobotForm, seed: int, world: str | None, own_world: World | None
+        self, name: str, form: FleetRobotForm, seed: int, world: str | None, own_world: World | None
     ) -> Mission | None:
-        if one.robot is not None and not self._is_robot(name, one.robot):
+        if form.robot is not None and not self._is_robot(name, form.robot):
             return None
-        own = one.seed if self._changes.seed is None else None
-        text = self._files.text_of(one.mission, ("robots", name, "mission"))
+        own = form.seed if self._changes.seed is None else None
+        text = self._files.text_of(form.mission, ("robots", name, "mission"))
         if text is not None:
             inputs = text.data.get("inputs") if isinstance(text.data, dict) else None
             self._declared[name] = inputs if isinstance(inputs, dict) else {}
         declared, prefix = self._declared.get(name, {}), f"{name}."
         given = self._changes.set.items()
-        shared = {one: value for one, value in given if one in declared}
-        alone = {one.removeprefix(prefix): value for one, value in given if one.startswith(prefix)}
+        shared = {input_name: value for input_name, value in given if input_name in declared}
+        alone = {
+            input_name.removeprefix(prefix): value
+            for input_name, value in given
+            if input_name.startswith(prefix)
+        }
 
-        def locate(one: str, fault: Diagnostic) -> Diagnostic:
-            if one in alone:
+        def locate(input_name: str, fault: Diagnostic) -> Diagnostic:
+            if input_name in alone:
                 column = fault.column + len(prefix)
                 return replace(fault, source=f"{prefix}{fault.source}", column=column)
-            if one in shared:
+            if input_name in shared:
                 return fault
             return self._document.diagnostic(
-                fault.code, ("robots", name, "inputs", one), fault.message, fault.hint
+                fault.code, ("robots", name, "inputs", input_name), fault.message, fault.hint
             )
 
         mission = self._files.mission(
             text,
             locate,
-            set={**one.inputs, **shared, **alone},
+            set={**form.inputs, **shared, **alone},
             seed=seed if own is None else own,
             world=world,
-            robot=None if one.robot is None else str(self._files.beside(one.robot) or one.robot),
+            robot=None if form.robot is None else str(self._files.beside(form.robot) or form.robot),
             permissions=self._changes.permissions,
             zones=None if own_world is None or self._changes.world else zones_of(own_world),
         )
@@ -211,7 +218,7 @@ class _Loader:
         """Note the values for robots that are not there, and for inputs that no mission has."""
         if len(self._declared) < len(written.robots):
             return  # the inputs of some are not known
-        known = sorted({one for inputs in self._declared.values() for one in inputs})
+        known = sorted({input_name for inputs in self._declared.values() for input_name in inputs})
         for given, value in self._changes.set.items():
             robot, dot, _ = given.rpartition(".")
             source = f"{given}={value}"
@@ -236,18 +243,18 @@ class _Loader:
 
     def _required(self, missions: Mapping[str, Mission | None]) -> dict[str, Mission | None]:
         """Return missions with further requirements; errors of some name their robots."""
-        found: dict[str, Mission | None] = {}
+        revised: dict[str, Mission | None] = {}
         wrong: dict[Diagnostic, list[str]] = {}
         for name, mission in missions.items():
             try:
-                found[name] = mission and with_requirements(mission, self._changes.require)
+                revised[name] = mission and with_requirements(mission, self._changes.require)
             except InputError as error:
-                for one in error.diagnostics:
-                    wrong.setdefault(one, []).append(name)
-        for one, robots in wrong.items():
+                for diagnostic in error.diagnostics:
+                    wrong.setdefault(diagnostic, []).append(name)
+        for diagnostic, robots in wrong.items():
             whose = "" if len(robots) == len(missions) else f" [{', '.join(robots)}]"
-            self._diagnostics.append(replace(one, message=f"{one.message}{whose}"))
-        return found
+            self._diagnostics.append(replace(diagnostic, message=f"{diagnostic.message}{whose}"))
+        return revised
 
     def _is_robot(self, name: str, robot: str) -> bool:
         path = ("robots", name, "robot")
@@ -255,7 +262,7 @@ class _Loader:
         try:
             load_robot(find("robots", self._files.beside(robot) or robot, near))
         except InputError as error:
-            if any(one.line for one in error.diagnostics):
+            if any(diagnostic.line for diagnostic in error.diagnostics):
                 self._diagnostics += error.diagnostics
             else:
                 self._note(
@@ -280,11 +287,11 @@ class _Loader:
     def _check_places(self, world: World, robots: list[FleetRobot]) -> None:
         spawns = [
             RobotSpawn(
-                load_robot(one.mission.robot, near=one.mission.file),
-                one.name,
-                Spawn(x=one.x, y=one.y, yaw=one.yaw),
+                load_robot(robot.mission.robot, near=robot.mission.file),
+                robot.name,
+                Spawn(x=robot.x, y=robot.y, yaw=robot.yaw),
             )
-            for one in robots
+            for robot in robots
         ]
         try:
             Simulation(world, spawns, seed=0)
@@ -299,7 +306,7 @@ class _Loader:
 
 def _world_of(missions: Mapping[str, Mission | None]) -> World | None:
     """Return the world of the first mission, which is what a fleet without one has."""
-    first = next((one for one in missions.values() if one is not None), None)
+    first = next((mission for mission in missions.values() if mission is not None), None)
     return None if first is None else load_world(first.world or DEFAULT_WORLD, near=first.file)
 
 

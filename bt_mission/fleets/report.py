@@ -62,27 +62,27 @@ class FleetReport:
     @property
     def status(self) -> str:
         """``success`` if every mission has succeeded; ``interrupted`` if one was interrupted."""
-        ends = [one.mission.status for one in self.robots]
+        ends = [robot.mission.status for robot in self.robots]
         worst = (MissionStatus.INTERRUPTED, MissionStatus.FAILURE)
-        return next((str(one) for one in worst if one in ends), str(MissionStatus.SUCCESS))
+        return next((str(status) for status in worst if status in ends), str(MissionStatus.SUCCESS))
 
     @property
     def is_violated(self) -> bool:
         """Is a requirement of any mission violated?"""
-        return any(one.mission.is_violated for one in self.robots)
+        return any(robot.mission.is_violated for robot in self.robots)
 
     @property
     def collisions_with_world(self) -> int:
         """How often a robot has touched something that is neither the floor nor a robot."""
-        return sum(one.collisions_with_world for one in self.robots)
+        return sum(robot.collisions_with_world for robot in self.robots)
 
     @property
     def collisions_among_robots(self) -> int:
         """How often two robots have touched each other; each time counts once."""
         counts: dict[frozenset[str], int] = {}
-        for one in self.robots:
-            for other, count in one.collisions_with.items():
-                pair = frozenset((one.robot, other))
+        for robot in self.robots:
+            for other, count in robot.collisions_with.items():
+                pair = frozenset((robot.robot, other))
                 counts[pair] = max(count, counts.get(pair, 0))
         return sum(counts.values())
 
@@ -109,7 +109,7 @@ class FleetReport:
             "real_time_factor": self.real_time_factor,
             "collisions_with_world": self.collisions_with_world,
             "collisions_among_robots": self.collisions_among_robots,
-            "robots": [one.as_dict() for one in self.robots],
+            "robots": [robot.as_dict() for robot in self.robots],
         }
 
     def __str__(self) -> str:
@@ -122,11 +122,11 @@ class FleetReport:
             f"{self.fleet}: {self.status} ({self._succeeded} of {missions} succeeded)",
             *self._rows(),
         ]
-        reports = [one.mission for one in self.robots]
-        distance_m = sum(one.distance_travelled_m or 0.0 for one in reports)
+        reports = [robot.mission for robot in self.robots]
+        distance_m = sum(report.distance_travelled_m or 0.0 for report in reports)
         time = f"{seconds(self.virtual_s)} in {seconds(self.wall_s)} of wall time"
-        goals = sum(one.goals_sent for one in reports)
-        orphaned = sum(one.goals_left_behind for one in reports)
+        goals = sum(report.goals_sent for report in reports)
+        orphaned = sum(report.goals_left_behind for report in reports)
         among = self.collisions_among_robots
         factor = f"{self.real_time_factor:.1f} x real time"
         lines += [
@@ -138,24 +138,24 @@ class FleetReport:
 
     @property
     def _succeeded(self) -> int:
-        return sum(one.mission.status == MissionStatus.SUCCESS for one in self.robots)
+        return sum(robot.mission.status == MissionStatus.SUCCESS for robot in self.robots)
 
     def _rows(self) -> list[str]:
         """Give a line for each robot, and below it what did not go well."""
-        table = [_row(one) for one in self.robots]
+        table = [_row(robot) for robot in self.robots]
         widths = [max(cell_len(row[at]) for row in table) for at in range(len(table[0]))]
         lines = []
-        for one, (name, mission, *figures, verdict_) in zip(self.robots, table, strict=True):
+        for robot, (name, mission, *figures, verdict_) in zip(self.robots, table, strict=True):
             line = f"  {_left(name, widths[0])}  {_left(mission, widths[1])}"
             for figure, width in zip(figures, widths[2:-1], strict=True):
                 line += f"  {' ' * (width - cell_len(figure))}{figure}"
             lines.append(f"{line}  {verdict_}")
             lines += [
                 f"    requirement {each}"
-                for each in one.mission.requirements
+                for each in robot.mission.requirements
                 if each.verdict in ("violated", "unknown")
             ]
-            lines += [f"    fault {each}" for each in one.mission.faults]
+            lines += [f"    fault {each}" for each in robot.mission.faults]
         return lines
 
 
@@ -163,10 +163,10 @@ def _left(text: str, width: int) -> str:
     return text + " " * (width - cell_len(text))
 
 
-def _row(one: RobotReport) -> list[str]:
-    report = one.mission
+def _row(robot: RobotReport) -> list[str]:
+    report = robot.mission
     return [
-        one.robot,
+        robot.robot,
         report.mission,
         seconds(report.virtual_s),
         f"{report.distance_travelled_m or 0.0:.2f} m",

@@ -23,25 +23,29 @@ BROKEN: dict[str, str] = {}
 
 def plugged(taken: Container[str]) -> dict[str, ActionName]:
     """Return the short names of installed packages; those that are broken go to `BROKEN`."""
-    found: dict[str, ActionName] = {}
-    for one in entry_points(group=GROUP):
+    names: dict[str, ActionName] = {}
+    for entry_point in entry_points(group=GROUP):
         try:
-            short = one.load()
+            short = entry_point.load()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's module raises
-            BROKEN[one.name] = f"{one.value} cannot be imported: {type(error).__name__}: {error}"
+            BROKEN[entry_point.name] = (
+                f"{entry_point.value} cannot be imported: {type(error).__name__}: {error}"
+            )
             continue
         if not isinstance(short, ActionName):
-            BROKEN[one.name] = f"{one.value}: expected an ActionName, got {type(short).__name__}"
-        elif one.name in taken or not one.name.isidentifier():
-            BROKEN[one.name] = f"{one.value}: its name is missing or already used"
+            BROKEN[entry_point.name] = (
+                f"{entry_point.value}: expected an ActionName, got {type(short).__name__}"
+            )
+        elif entry_point.name in taken or not entry_point.name.isidentifier():
+            BROKEN[entry_point.name] = f"{entry_point.value}: its name is missing or already used"
         else:
-            found[one.name] = short
-    return found
+            names[entry_point.name] = short
+    return names
 
 
 _OURS = {
     known.kind: known
-    for known in (*(one.known for one in declared().values()), EXECUTE_MISSION)
+    for known in (*(action.known for action in declared().values()), EXECUTE_MISSION)
     if known.kind
 }
 

@@ -36,8 +36,8 @@ class GoalLimitsTable:
     @classmethod
     def written(cls, file: Any) -> GoalLimitsTable:
         """Return what the head of a file says (`file.MissionFile`)."""
-        servers = {plain_name(name): _said(limits) for name, limits in file.servers.items()}
-        return cls(_said(file.limits), servers)
+        servers = {plain_name(name): _given(limits) for name, limits in file.servers.items()}
+        return cls(_given(file.limits), servers)
 
     def of(self, action: str) -> Mapping[str, Any]:
         """Return the limits of goals of an action, by the names of their modifiers."""
@@ -57,5 +57,5 @@ def server_diagnostics(
             yield document.diagnostic("BT-512", ("servers", name), message, hint, key=True)
 
 
-def _said(limits: BaseModel) -> Mapping[str, Any]:
+def _given(limits: BaseModel) -> Mapping[str, Any]:
     return {name: value for name, value in limits if value is not None}

@@ -98,5 +98,5 @@ def _is_plain(value: Any) -> bool:
 
 def _type_of(value: object) -> Type | None:
     """Return the type of a value; here whole numbers are numbers like others."""
-    found = type_of(value)
-    return "number" if found == "integer" else found
+    kind = type_of(value)
+    return "number" if kind == "integer" else kind

@@ -72,7 +72,7 @@ class NodeFactory:
 
 def node_factories(document: Document, targets: Sequence[str]) -> tuple[NodeFactory, ...]:
     """Return what stands under ``nodes`` at the head of a file."""
-    return tuple(NodeFactory(one, document, ("nodes", n)) for n, one in enumerate(targets))
+    return tuple(NodeFactory(target, document, ("nodes", n)) for n, target in enumerate(targets))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -73,8 +73,8 @@ class NodeReader(Reading):
         try:
             return model.model_validate(data)
         except pydantic.ValidationError as error:
-            found = model_diagnostics(self.document, error, model, path)
-            self.diagnostics += [_remedied(diagnostic, model) for diagnostic in found]
+            diagnostics = model_diagnostics(self.document, error, model, path)
+            self.diagnostics += [_remedied(diagnostic, model) for diagnostic in diagnostics]
             if error.error_count() > MOST_DIAGNOSTICS:
                 return None
             for detail in error.errors(include_url=False):
@@ -91,7 +91,7 @@ class NodeReader(Reading):
             path: Where that is in the document.
             inputs: The names of its inputs.
         """
-        found: dict[str, Follow] = {}
+        followed: dict[str, Follow] = {}
         for place, entry in self._written_follows((*path, "follow")):
             if self.is_full:
                 break
@@ -111,13 +111,13 @@ class NodeReader(Reading):
             if name in inputs:
                 message = f"'{name}' is an input, and inputs never change; choose another name"
                 self.report("BT-408", (*place, "as"), message)
-            elif name in found:
-                message = f"'{name}' already follows a topic, in line {found[name].line}"
+            elif name in followed:
+                message = f"'{name}' already follows a topic, in line {followed[name].line}"
                 self.report("BT-408", (*place, "as"), message)
             else:
                 position = NodePlace(*self.document.position(place), place)
-                found[name] = Follow(settings, self.document.file, position)
-        return tuple(found.values())
+                followed[name] = Follow(settings, self.document.file, position)
+        return tuple(followed.values())
 
     def _written_follows(self, path: tuple[Key, ...]) -> Iterator[tuple[tuple[Key, ...], Any]]:
         """Yield what stands under `follow`, one mapping or a list of them, each with its place."""
@@ -227,10 +227,10 @@ def _remedied(diagnostic: Diagnostic, model: type[Written]) -> Diagnostic:
     """
     if model is FollowSettings and diagnostic.message == "'type' is missing":
         return replace(diagnostic, hint=remedies.TYPE_OF_TOPIC)
-    found = _UNKNOWN_KEY.match(diagnostic.message)
-    if found is None or not issubclass(model, NodeModel) or found[1] not in model.keys:
+    match = _UNKNOWN_KEY.match(diagnostic.message)
+    if match is None or not issubclass(model, NodeModel) or match[1] not in model.keys:
         return diagnostic
-    return replace(diagnostic, hint=remedies.beside(found[1], model.kind))
+    return replace(diagnostic, hint=remedies.beside(match[1], model.kind))
 
 
 def _draft(written: NodeModel | None, below: list[NodeModel], place: NodePlace) -> SequenceNode:

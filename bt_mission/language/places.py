@@ -39,11 +39,11 @@ def zones_of_file(world: str, file: str, permissions: Permissions = ANYTHING) ->
 
     Errors of the world are reported where it is loaded.
     """
-    found = look_for("worlds", world, file) if world else None
-    if found is None or not permissions.allows(found, "worlds"):
+    path = look_for("worlds", world, file) if world else None
+    if path is None or not permissions.allows(path, "worlds"):
         return {}
     try:
-        data = read(found).data
+        data = read(path).data
     except InputError:
         return {}
     return zones_in(data)
@@ -52,9 +52,9 @@ def zones_of_file(world: str, file: str, permissions: Permissions = ANYTHING) ->
 def zones_in(world: Any) -> Mapping[str, Pose]:
     """Return the zones in what was read of a world file; a robot faces along x there."""
     entries = world.get("zones") if isinstance(world, dict) else None
-    found: dict[str, Pose] = {}
-    for one in entries if isinstance(entries, list) else ():
-        match one:
+    places: dict[str, Pose] = {}
+    for entry in entries if isinstance(entries, list) else ():
+        match entry:
             case {"name": str(name), "x": int() | float() as x, "y": int() | float() as y}:
-                found[name] = (float(x), float(y), 0.0)
-    return found
+                places[name] = (float(x), float(y), 0.0)
+    return places

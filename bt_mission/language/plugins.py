@@ -54,16 +54,16 @@ def find_factory(target: str, file: str) -> Callable[..., Any]:
         PythonError: When it is not there, cannot be called, or its module cannot be imported.
     """
     where, _, name = target.partition(":")
-    found: Callable[..., Any] | object = _member(
+    function: Callable[..., Any] | object = _member(
         where, name, file, callable, "functions or classes"
     )
-    if not callable(found):
+    if not callable(function):
         raise PythonError(
             "BT-215",
             f"{target} is neither a function nor a class",
             "it has to return an rclpy node",
         )
-    return found
+    return function
 
 
 def _member(where: str, name: str, file: str, is_wanted: Callable[[Any], bool], wanted: str) -> Any:
@@ -120,38 +120,38 @@ def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:
 
     Those of py_trees itself are left out, and what begins with an underscore.
     """
-    found: dict[str, Any] = {}
-    for one in reversed(kind.__mro__):
-        if one is object or one.__module__.partition(".")[0] == "py_trees":
+    members: dict[str, Any] = {}
+    for base in reversed(kind.__mro__):
+        if base is object or base.__module__.partition(".")[0] == "py_trees":
             continue
-        annotated = inspect.get_annotations(one)
-        found |= {name: annotated.get(name) for name in (*annotated, *vars(one))}
-    callables = {name for name in found if callable(getattr(kind, name, None))}
+        annotated = inspect.get_annotations(base)
+        members |= {name: annotated.get(name) for name in (*annotated, *vars(base))}
+    callables = {name for name in members if callable(getattr(kind, name, None))}
     return {
         name: _TYPES.get(kind_of)
-        for name, kind_of in found.items()
+        for name, kind_of in members.items()
         if not name.startswith("_") and name not in callables
     }
 
 
 def _entry_point(name: str) -> EntryPoint:
     there = entry_points(group=GROUP)
-    found = [one for one in there if one.name == name]
-    if not found:
-        known = sorted(one.name for one in there)
+    matching = [entry_point for entry_point in there if entry_point.name == name]
+    if not matching:
+        known = sorted(entry_point.name for entry_point in there)
         has = f"known: {listed(known)}" if known else f"no package provides '{GROUP}'"
         hint = did_you_mean(name, known) or "a class is written as 'module:Class'"
         raise PythonError("BT-215", f"unknown plug-in '{name}' ({has})", hint)
-    return found[0]
+    return matching[0]
 
 
 def _plugged(name: str) -> Any:
-    found = _entry_point(name)
+    entry_point = _entry_point(name)
     try:
-        return found.load()
+        return entry_point.load()
     except (Exception, SystemExit) as error:
         raise PythonError(
-            "BT-215", f"the plug-in '{name}' ({found.value}) {_why(error)}"
+            "BT-215", f"the plug-in '{name}' ({entry_point.value}) {_why(error)}"
         ) from error
 
 
@@ -188,10 +188,10 @@ def _from_file(where: str, path: Path) -> Any:
     return sys.modules[key]
 
 
-def _behaviour(found: Any, target: str) -> type[Behaviour]:
-    if not _is_behaviour(found):
+def _behaviour(member: Any, target: str) -> type[Behaviour]:
+    if not _is_behaviour(member):
         raise PythonError("BT-215", f"{target} is not a subclass of py_trees' Behaviour")
-    kind: type[Behaviour] = found
+    kind: type[Behaviour] = member
     return kind
 
 

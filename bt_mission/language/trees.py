@@ -107,7 +107,7 @@ class TreeLibrary:
             ]
             return
         if path in within:
-            ring = " -> ".join(one.name for one in (*within[within.index(path) :], path))
+            ring = " -> ".join(ancestor.name for ancestor in (*within[within.index(path) :], path))
             self.diagnostics.append(
                 document.diagnostic("BT-112", place, f"the files include each other: {ring}")
             )
@@ -163,11 +163,11 @@ def read_trees(
     diagnostics: list[Diagnostic] = []
     for name, signature in shelf.signatures.items():
         document, path = signature.document, (*signature.path, "do")
-        found: object = document.data
+        part: object = document.data
         for key in path:
-            found = found[key] if isinstance(found, dict) and key in found else None
+            part = part[key] if isinstance(part, dict) and key in part else None
         reader = NodeReader(document, shelf.signatures, limits, places)
-        body = reader.node(found, path)
+        body = reader.node(part, path)
         follow = reader.follows(signature.path, signature.types)
         diagnostics += reader.diagnostics
         if body is not None:
@@ -188,7 +188,7 @@ def read_trees(
 def size_diagnostics(document: Document, mission: Mission) -> Iterator[Diagnostic]:
     """Yield a diagnostic for trees that use themselves, or a mission that is too large."""
     trees = mission.trees
-    uses = {name: [one for one in _uses(tree.body) if one in trees] for name, tree in trees.items()}
+    uses = {name: [use for use in _uses(tree.body) if use in trees] for name, tree in trees.items()}
     try:
         order = tuple(TopologicalSorter(uses).static_order())
     except CycleError as error:
@@ -259,21 +259,21 @@ def _located(document: Document, entry: str, permissions: Permissions) -> tuple[
     shipped = [folder.resolve() for folder in files.folders("missions")]
     candidates = [base / entry] if _real(Path(document.file)) else []
     candidates += [folder / entry for folder in files.folders("missions")]
-    candidates = [one for one in candidates if permissions.allows(one, "missions")]
-    found = next((one for one in candidates if _real(one) is not None), None)
-    if found is None:
-        is_link = any(_is_link(one) for one in candidates)
+    candidates = [path for path in candidates if permissions.allows(path, "missions")]
+    path = next((candidate for candidate in candidates if _real(candidate) is not None), None)
+    if path is None:
+        is_link = any(_is_link(candidate) for candidate in candidates)
         missing = f"the symbolic links of {quoted(entry)} do not lead to a file"
         raise InputError(
             [Diagnostic("BT-112", missing if is_link else f"no such file {quoted(entry)}", entry)]
         )
-    real = _real(found)
+    real = _real(path)
     assert real is not None
     allowed = [base.resolve(), *shipped]
     if not any(real.is_relative_to(folder) for folder in allowed):
         message = f"{quoted(entry)} is outside the folder of the file that includes it"
         raise InputError([Diagnostic("BT-112", message, entry)])
-    return found, real
+    return path, real
 
 
 def _real(path: Path) -> Path | None:

@@ -172,7 +172,7 @@ class Compiler:
             len(self.units) - 1,
             is_strict=is_strict,
             is_settled_by_end=all(
-                one.name in (*ENDS_WITH_MISSION, "$") for one in signals_in(node)
+                signal.name in (*ENDS_WITH_MISSION, "$") for signal in signals_in(node)
             ),
             lower_bound=self._lower_bound(node, positive=positive),
         )
@@ -205,7 +205,7 @@ class Compiler:
         match node:
             case Comparison(first=first, rest=(("<" | "<=" | ">" | ">=" as symbol, _, second),)):
                 types = [side.infer(lambda _: None) for side in (first, second)]
-                if all(one in ("number", "integer") for one in types):
+                if all(kind in ("number", "integer") for kind in types):
                     rises = (symbol in (">", ">=")) is positive
                     left, right = (first, second) if rises else (second, first)
                     margin = _difference(self._value_of(left), self._value_of(right))
@@ -237,17 +237,17 @@ class Compiler:
         self, node: SyntaxNode, evaluate: Callable[[SyntaxNode, EvaluationScope], Plain]
     ) -> Reader:
         """Return what evaluates a part of a formula; None where a signal in it has no value."""
-        readers = [(one.key, self.readers[one.key]) for one in values_in(node)]
+        readers = [(signal.key, self.readers[signal.key]) for signal in values_in(node)]
         problems = self.problems
         fields: dict[str, Plain] = {}
         scope = EvaluationScope({}, fields, random.Random(0))  # the parser refuses what draws
 
         def value() -> Plain | None:
             for key, read in readers:
-                found = read()
-                if found is None or (isinstance(found, float) and math.isnan(found)):
+                reading = read()
+                if reading is None or (isinstance(reading, float) and math.isnan(reading)):
                     return None
-                fields[key] = found
+                fields[key] = reading
             try:
                 return evaluate(node, scope)
             except ExpressionError as error:
@@ -273,7 +273,9 @@ def _split(node: SyntaxNode, symbol: str, *, positive: bool) -> list[SyntaxNode]
         case Not(operand=operand):
             return _split(operand, symbol, positive=not positive)
         case Logic(symbol=joining) if (joining == symbol) is positive:
-            return [one for part in node.parts for one in _split(part, symbol, positive=positive)]
+            return [
+                piece for part in node.parts for piece in _split(part, symbol, positive=positive)
+            ]
     return [node if positive else Not(node.column, node)]
 
 

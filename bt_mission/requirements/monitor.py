@@ -269,16 +269,18 @@ class Monitors:
         source: SignalSource,
         on_violation: Callable[[Requirement, RequirementResult], None] = lambda *_: None,
     ) -> None:
-        self.monitors = tuple(Monitor(one, source) for one in requirements)
+        self.monitors = tuple(Monitor(requirement, source) for requirement in requirements)
         self._on_violation = on_violation
 
     def step(self, since_start_ns: int) -> None:
         """Take the next instant; all see the same one, whatever is done about a violation."""
-        self._report([one for one in self.monitors if one.step(since_start_ns)])
+        self._report([monitor for monitor in self.monitors if monitor.step(since_start_ns)])
 
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run, and report what is violated by its end alone."""
-        self._report([one for one in self.monitors if one.finish(is_complete=is_complete)])
+        self._report(
+            [monitor for monitor in self.monitors if monitor.finish(is_complete=is_complete)]
+        )
 
     def _report(self, violated: Sequence[Monitor]) -> None:
         for monitor in violated:

@@ -153,11 +153,11 @@ class Operator(Formula):
         return self._values(self._aligned.finish(truncation))
 
     def _values(self, instants: Iterable[tuple[int, tuple[Sample, ...]]]) -> list[Sample]:
-        found = []
+        values = []
         for then_ns, samples in instants:
             value = self._value(then_ns, *samples)
-            found.append(value if then_ns >= self._full_ns else None)
-        return found
+            values.append(value if then_ns >= self._full_ns else None)
+        return values
 
     @abstractmethod
     def _value(self, now_ns: int, /, *samples: Sample) -> Sample:

@@ -84,8 +84,8 @@ class _Loader:
         if isinstance(document.data, dict):
             for key, take in (("obstacles", made.obstacle), ("faults", made.fault)):
                 several = document.data.get(key)
-                for number, one in enumerate(several if isinstance(several, list) else ()):
-                    take(one, (key, number))
+                for number, item in enumerate(several if isinstance(several, list) else ()):
+                    take(item, (key, number))
         self._diagnostics += made.wrong
         self._diagnostics += (doubt for fault in made.faults for doubt in fault.doubts())
         if written is None:
@@ -105,11 +105,13 @@ class _Loader:
             scripts = tuple(servers.read(written.servers))
             self._diagnostics += servers.diagnostics
             self._check_cameras(mission, made)
-        if mission is None or any(one.severity == "error" for one in self._diagnostics):
+        if mission is None or any(
+            diagnostic.severity == "error" for diagnostic in self._diagnostics
+        ):
             return None, in_order(self._diagnostics)
         start = written.start
         self._check_start(mission, written, world)
-        if any(one.severity == "error" for one in self._diagnostics):
+        if any(diagnostic.severity == "error" for diagnostic in self._diagnostics):
             return None, in_order(self._diagnostics)
         scenario = Scenario(
             name=written.scenario,
@@ -166,7 +168,7 @@ class _Loader:
     # ---- what names parts of the mission -------------------------------------------------
 
     def _with_requirements(self, mission: Mission, written: ScenarioFile) -> Mission:
-        known = {one.name for one in mission.requirements}
+        known = {requirement.name for requirement in mission.requirements}
         for name in written.requirements.keys() & known:
             message = f"the mission already has a requirement {quoted(name)}"
             self._diagnostics.append(
@@ -177,7 +179,11 @@ class _Loader:
         return replace(mission, requirements=(*mission.requirements, *added))
 
     def _check_cameras(self, mission: Mission, made: FaultReader) -> None:
-        cameras = [one for one in made.faults if one.planned.name.startswith("camera_")]
+        cameras = [
+            made_fault
+            for made_fault in made.faults
+            if made_fault.planned.name.startswith("camera_")
+        ]
         if cameras and not has_camera(mission):
             for fault in cameras:
                 message = f"{fault.planned.name}: the robot '{mission.robot}' has no camera"
@@ -211,7 +217,7 @@ class _Loader:
             self._diagnostics.append(
                 self._document.diagnostic("BT-705", ("expect", "failed"), message, hint)
             )
-        known = [one.name for one in mission.requirements]
+        known = [requirement.name for requirement in mission.requirements]
         for number, name in enumerate(expect.violated):
             if name not in known:
                 message = f"unknown requirement {quoted(name)}"

@@ -108,7 +108,7 @@ class Scenario:
             yield
         except SpawnError as error:
             paths: tuple[tuple[Key, ...], ...] = (("start",), ("world", "spawn"), ("world",), ())
-            path = next(one for one in paths if self.document.has(*one))
+            path = next(candidate for candidate in paths if self.document.has(*candidate))
             raise InputError([self.document.diagnostic("BT-803", path, str(error))]) from error
 
     def judge(self, report: Report) -> ScenarioResult:
@@ -143,15 +143,15 @@ class Scenario:
             yield self._fault("collisions", message)
 
     def _violations(self, report: Report) -> Iterator[Diagnostic]:
-        for one in report.requirements:
-            is_expected = one.name in self.expect.violated
-            if one.verdict == "violated" and not is_expected:
-                written = self.document.has("requirements", one.name)
-                path: tuple[Key, ...] = ("requirements", one.name) if written else ()
-                yield self.document.diagnostic("BT-706", path, f"requirement {one}")
-            elif is_expected and one.verdict != "violated":
-                message = f"expected a violation of {quoted(one.name)}, got: {one}"
-                number = self.expect.violated.index(one.name)
+        for requirement in report.requirements:
+            is_expected = requirement.name in self.expect.violated
+            if requirement.verdict == "violated" and not is_expected:
+                written = self.document.has("requirements", requirement.name)
+                path: tuple[Key, ...] = ("requirements", requirement.name) if written else ()
+                yield self.document.diagnostic("BT-706", path, f"requirement {requirement}")
+            elif is_expected and requirement.verdict != "violated":
+                message = f"expected a violation of {quoted(requirement.name)}, got: {requirement}"
+                number = self.expect.violated.index(requirement.name)
                 yield self.document.diagnostic("BT-706", ("expect", "violated", number), message)
 
     def _fault(self, key: str, message: str) -> Diagnostic:
@@ -189,17 +189,21 @@ class ScenarioResult:
     @property
     def requirements(self) -> dict[str, RequirementResult]:
         """The verdict of each requirement, by its name."""
-        return {one.name: one for one in self.report.requirements}
+        return {requirement.name: requirement for requirement in self.report.requirements}
 
     @property
     def violated(self) -> tuple[str, ...]:
         """Names of the requirements that are violated."""
-        return tuple(one.name for one in self.report.requirements if one.verdict == "violated")
+        return tuple(
+            requirement.name
+            for requirement in self.report.requirements
+            if requirement.verdict == "violated"
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """The result, ready for JSON: name, passed, differences."""
-        told = [one.headline for one in self.differences]
-        return {"name": self.scenario.name, "passed": self.passed, "differences": told}
+        differences = [difference.headline for difference in self.differences]
+        return {"name": self.scenario.name, "passed": self.passed, "differences": differences}
 
     def __str__(self) -> str:
         name = escape_control(self.scenario.name)

@@ -49,25 +49,29 @@ def _arguments(kind: FaultKind) -> dict[str, Any]:
     schema: dict[str, Any] = {
         "type": "object",
         "description": kind.text,
-        "properties": {name: _argument(one) for name, one in kind.optional.items()},
+        "properties": {name: _argument(parameter) for name, parameter in kind.optional.items()},
         "additionalProperties": kind.takes_fields,
     }
-    required = [one.name for one in kind.parameters.values() if one.is_required]
+    required = [parameter.name for parameter in kind.parameters.values() if parameter.is_required]
     return {**schema, "required": required} if required else schema
 
 
-def _argument(one: Parameter) -> dict[str, Any]:
-    number: dict[str, Any] = {"type": ["number", "string"]} if one.unit else {"type": "number"}
+def _argument(parameter: Parameter) -> dict[str, Any]:
+    number: dict[str, Any] = (
+        {"type": ["number", "string"]} if parameter.unit else {"type": "number"}
+    )
     forms: dict[str, dict[str, Any]] = {
         "number": number,
         "integer": {"type": "integer"},
         "flag": {"type": "boolean"},
-        "text": {"enum": list(one.choices)} if one.choices else {"type": "string"},
+        "text": {"enum": list(parameter.choices)} if parameter.choices else {"type": "string"},
         "numbers": {"type": "array", "items": number, "minItems": 2},
         "anything": {},
     }
-    schema = {"type": "array"} if one.repeats else forms[one.form]
-    text = " ".join(filter(None, (one.text, f"In {one.unit}." if one.unit else "")))
+    schema = {"type": "array"} if parameter.repeats else forms[parameter.form]
+    text = " ".join(
+        filter(None, (parameter.text, f"In {parameter.unit}." if parameter.unit else ""))
+    )
     return {**schema, "description": text} if text else schema
 
 

@@ -101,7 +101,7 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
     if run.stage.runs[0].nature:
         data["nature"] = dict(run.stage.runs[0].nature)
     if run.faults:
-        data["faults"] = [planned(one).text for one in run.faults]
+        data["faults"] = [planned(fault).text for fault in run.faults]
     if run.stopped_s is not None:
         data["limit"] = run.stopped_s
     data["expect"] = {"outcome": report.status}
@@ -121,9 +121,9 @@ def refuse_inexpressible(run: TestedRun) -> None:
         NotExpressibleError: With all of it.
     """
     problems = [*_unusual(run)]
-    for one in run.faults:
+    for fault in run.faults:
         try:
-            planned(one)
+            planned(fault)
         except NotExpressibleError as error:
             problems += error.parts
     try:
@@ -153,14 +153,14 @@ def planned(instance: FaultInstance) -> PlannedFault:
                 [f"{fault!r}, which draws by its `lasting`, was ended by the test"]
             )
         lasting = (instance.ended_ns - instance.began_ns) / 1e9 if instance.ended_ns else None
-    found = PlannedFault(_beginning(instance), fault.what, arguments, lasting)
+    planned_fault = PlannedFault(_beginning(instance), fault.what, arguments, lasting)
     try:
-        again = parse_fault(found.text)
+        again = parse_fault(planned_fault.text)
     except BtMissionError as error:
         raise NotExpressibleError([f"{fault!r}: {error}"]) from None
-    if again != found:
+    if again != planned_fault:
         raise NotExpressibleError([f"{fault!r} cannot be written as text"])
-    return found
+    return planned_fault
 
 
 def _beginning(instance: FaultInstance) -> Beginning:
@@ -227,22 +227,22 @@ def mission_as_data(mission: Mission, folder: Path) -> dict[str, Any]:
     """
     document = mission.document
     head = document.data if isinstance(document.data, Mapping) else {}
-    found: dict[str, Any] = {}
+    data: dict[str, Any] = {}
     if is_file(Path(mission.file)):
-        found["mission"] = _relative(Path(mission.file), folder)
+        data["mission"] = _relative(Path(mission.file), folder)
     else:
         _refuse_files(head)
-        found["mission"] = head
+        data["mission"] = head
     if mission.world and mission.world != head.get("world"):
-        found["world"] = _world(mission, folder)
+        data["world"] = _world(mission, folder)
     if mission.robot != head.get("robot", "waffle"):
-        found["robot"] = mission.robot
+        data["robot"] = mission.robot
     given = {
         name: value
         for name, value in mission.inputs.items()
         if value != head.get("inputs", {}).get(name)
     }
-    return {**found, **({"inputs": given} if given else {})}
+    return {**data, **({"inputs": given} if given else {})}
 
 
 def write_test(scenario: Path, sentence: str, command: str) -> Path:

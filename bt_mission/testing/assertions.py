@@ -126,7 +126,7 @@ class Assertions:
     def requirements(self) -> Mapping[str, RequirementResult]:
         """The verdicts of the mission's requirements, by their names."""
         results = self.stage.runner.requirements.results()
-        return RequirementResults({one.name: one for one in results})
+        return RequirementResults({result.name: result for result in results})
 
     def expect_violation(self, *names: str) -> None:
         """Assert that requirements are violated at the end of the run.
@@ -144,18 +144,18 @@ class Assertions:
     def unexpected_violations(self) -> tuple[str, ...]:
         """A line for each requirement that is violated, and was not expected to be."""
         return tuple(
-            str(one)
-            for name, one in self.requirements.items()
-            if one.verdict == "violated" and name not in self._expected_violations
+            str(result)
+            for name, result in self.requirements.items()
+            if result.verdict == "violated" and name not in self._expected_violations
         )
 
     @property
     def missing_violations(self) -> tuple[str, ...]:
         """A line for each requirement that was expected to be violated, and is not."""
         return tuple(
-            str(one)
-            for name, one in self.requirements.items()
-            if one.verdict != "violated" and name in self._expected_violations
+            str(result)
+            for name, result in self.requirements.items()
+            if result.verdict != "violated" and name in self._expected_violations
         )
 
     def check(self, requirement: str) -> Verdict:
@@ -183,7 +183,9 @@ class Assertions:
         at = result.at if result.violated_at is None else result.violated_at
         if result.verdict == "holds":
             return Verdict(holds=True, line=result.outcome, t=at, margin=result.margin)
-        signals.moment = next((one for one in self.moments if one.t == at), self.moments[-1])
+        signals.moment = next(
+            (moment for moment in self.moments if moment.t == at), self.moments[-1]
+        )
         values = {} if result.verdict == "unknown" else signals_of(root, signals)
         read = ", ".join(f"{key} = {short(value)}" for key, value in values.items())
         since = "" if result.violated_at is None else f", first at {seconds(result.violated_at)}"
@@ -200,7 +202,7 @@ class Assertions:
 
 def signals_of(root: SyntaxNode, signals: MomentSignals) -> dict[str, Any]:
     """Return the values of a formula's signals at a moment."""
-    readers = {one.key: signals.reader(one) for one in signals_in(root)}
+    readers = {signal.key: signals.reader(signal) for signal in signals_in(root)}
     return {key: read() for key, read in readers.items() if not isinstance(read, str)}
 
 

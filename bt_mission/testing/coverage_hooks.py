@@ -56,7 +56,7 @@ class CoverageHooks:
         self._is_worker = hasattr(config, "workerinput")
         scratch = config.getoption("basetemp")
         self._scratch = Path(scratch).resolve() if scratch else None
-        self._reports = [Path(one) for one in config.getoption("mission_cov_report")]
+        self._reports = [Path(report) for report in config.getoption("mission_cov_report")]
         for path in self._reports:
             if path.suffix not in WRITERS:
                 raise pytest.UsageError(
@@ -141,10 +141,12 @@ class CoverageHooks:
 
     def _know(self, mission: Mission) -> dict[int, CoveragePlace]:
         """Take in what there is to reach in a mission; gives its places by their steps."""
-        found = list(places(mission))
+        located = list(places(mission))
         known: dict[int, CoveragePlace] = {}
-        for document in {one.file: one for one, _, _ in found}.values():
-            of_file = {place.key: place for one, _, place in found if one.file == document.file}
+        for document in {covered.file: covered for covered, _, _ in located}.values():
+            of_file = {
+                place.key: place for covered, _, place in located if covered.file == document.file
+            }
             path = self._named(document)
             label = path or f"{self._test_file} '{mission.name}'"
             key = label if path else f"{label} {_shape(of_file)}"
@@ -152,8 +154,8 @@ class CoverageHooks:
             counted = self._tally.files[key].places
             known |= {
                 id(step): counted[place.key]
-                for one, step, place in found
-                if one.file == document.file
+                for covered, step, place in located
+                if covered.file == document.file
             }
         return known
 
@@ -176,8 +178,8 @@ class CoverageHooks:
         """Take in the missions that should be covered, whether or not a test has run them."""
         for source in self._config.getoption("mission_cov_source"):
             path = Path(source)
-            found = sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
-            for file in found:
+            shape_files = sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
+            for file in shape_files:
                 if files.kind_of(file) != "mission":
                     continue
                 try:
@@ -186,6 +188,6 @@ class CoverageHooks:
                     self._unread.append(f"not counted: {str(error).splitlines()[0]}")
 
 
-def _shape(found: Iterable[tuple[int, int, str]]) -> str:
+def _shape(shapes: Iterable[tuple[int, int, str]]) -> str:
     """Tells texts of one name apart by their trees, not by numbers that a test puts into them."""
-    return hashlib.sha256(repr(list(found)).encode()).hexdigest()[:8]
+    return hashlib.sha256(repr(list(shapes)).encode()).hexdigest()[:8]

@@ -131,12 +131,12 @@ class FleetItem(FileItem):
     @override
     def runtest(self) -> None:
         report, recording = self._run()
-        if any(one.mission.reason.startswith("interrupted by") for one in report.robots):
+        if any(robot.mission.reason.startswith("interrupted by") for robot in report.robots):
             raise KeyboardInterrupt
-        for one in report.robots:
+        for robot in report.robots:
             self.user_properties += [
-                ("seed", one.mission.seed),
-                ("trace_sha256", one.mission.trace_sha256),
+                ("seed", robot.mission.seed),
+                ("trace_sha256", robot.mission.trace_sha256),
             ]
         has_failed = report.status != "success" or report.is_violated
         kept = ""

@@ -122,7 +122,7 @@ class History:
         self.changes: list[NodeChanged] = []
         self.goals: dict[str, GoalLife] = {}
         self.goal_events: list[tuple[float, str, GoalLife]] = []
-        self.said: list[tuple[float, str]] = []
+        self.logged_lines: list[tuple[float, str]] = []
         self.events: list[str] = list(stage.trace.newest)
         self._changes_of: defaultdict[int, list[int]] = defaultdict(list)
         self._variables: Mapping[str, Any] = MappingProxyType(RunVariables())
@@ -142,7 +142,7 @@ class History:
 
     def say(self, text: str) -> None:
         """Write down what the mission says."""
-        self.said.append((self.seconds(self._stage.now_ns), text))
+        self.logged_lines.append((self.seconds(self._stage.now_ns), text))
 
     @cached_property
     def review(self) -> Any:
@@ -176,8 +176,8 @@ class History:
             change = self.last_change(node, changes)
             status = change.status if change else Status.INVALID
             depth = self.paths[node].count(".")
-            said = f"  {change.message}" if change and status in ENDS and change.message else ""
-            lines.append(escape_control(f"{'  ' * depth}{UNICODE[status]} {node.name}{said}"))
+            message = f"  {change.message}" if change and status in ENDS and change.message else ""
+            lines.append(escape_control(f"{'  ' * depth}{UNICODE[status]} {node.name}{message}"))
         return "\n".join(lines)
 
     def read_events(self) -> Iterator[dict[str, Any]]:
@@ -186,8 +186,10 @@ class History:
 
     def last_events(self, most: int) -> list[str]:
         """The newest events of the trace except poses, as text."""
-        events = [one for one in self.read_events() if one.get("event", "pose") != "pose"]
-        return [f"{seconds(self.seconds(one['t'])):>10}  {line_of(one)}" for one in events[-most:]]
+        events = [event for event in self.read_events() if event.get("event", "pose") != "pose"]
+        return [
+            f"{seconds(self.seconds(event['t'])):>10}  {line_of(event)}" for event in events[-most:]
+        ]
 
     # ---- listening -----------------------------------------------------------------------
 

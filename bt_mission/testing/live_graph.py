@@ -76,11 +76,11 @@ class Process:
         """
         for _ in range(max(round(within / LOOK_S), 1)):
             ended = self._ended_within(LOOK_S)
-            said = self.output
-            at = said.find(words, self._looked)
+            output = self.output
+            at = output.find(words, self._looked)
             if at >= 0:
                 self._looked = at + len(words)
-                return said
+                return output
             if ended:
                 raise self._failed(f"ended with {self.code}, without printing '{words}'")
         raise self._failed(f"has not said '{words}' within {within:g} s")
@@ -153,7 +153,7 @@ class LiveGraph:
         Args:
             name: For people; a number is put behind it where it is taken.
         """
-        same = sum(one.name.split(" ")[0] == name for one in self.processes)
+        same = sum(process.name.split(" ")[0] == name for process in self.processes)
         full = f"{name} {same + 1}" if same else name
         file = self.folder / f"{full.replace(' ', '_')}.log"
         self.processes.append(Process(full, list(arguments), self.environment, file))

@@ -113,7 +113,7 @@ class Moment:
     _changes: int
     """How many changes of status happened until then; so for goals and log lines."""
     _goal_events: int
-    _said: int
+    _line_count: int
     _state: Any
     """Of the simulation, for what is worked out later."""
 
@@ -134,7 +134,7 @@ class Moment:
             variables=history.variables(),
             _changes=len(history.changes),
             _goal_events=len(history.goal_events),
-            _said=len(history.said),
+            _line_count=len(history.logged_lines),
             _state=sim.record(),
         )
 
@@ -228,7 +228,7 @@ class Moment:
     @property
     def log(self) -> list[str]:
         """What ``log`` nodes have said so far."""
-        return [text for _, text in self._run.history.said[: self._said]]
+        return [text for _, text in self._run.history.logged_lines[: self._line_count]]
 
     # ---- topics --------------------------------------------------------------------------
 

@@ -74,15 +74,15 @@ class PassRate:
             f"({low:.3f} to {high:.3f}){wanted}{distinct and '; '}{distinct}"
         )
 
-    def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
+    def add(self, report: pytest.TestReport, summary: dict[str, Any]) -> None:
         """Count the outcome of one phase of one seed's test."""
-        seed = told["seed"]
-        if told["sample"]:
-            self.samples[seed] = told["sample"]
-        if told["failed"]:
+        seed = summary["seed"]
+        if summary["sample"]:
+            self.samples[seed] = summary["sample"]
+        if summary["failed"]:
             self.passed.discard(seed)
             text = _text(report) if report.when == "call" else ""
-            failure = Failure(seed, report.nodeid, told["repeat"], _why(report), text)
+            failure = Failure(seed, report.nodeid, summary["repeat"], _why(report), text)
             self.failed.setdefault(seed, failure)
         elif report.when == "call" and report.passed and seed not in self.failed:
             self.passed.add(seed)
@@ -93,7 +93,7 @@ class PassRate:
 
     def verdict(self) -> pytest.TestReport:
         """The report of the test as a whole, where too few seeds passed: a seed of each cause."""
-        causes = _by_cause([one for one in self.failures() if one.text])
+        causes = _by_cause([failure for failure in self.failures() if failure.text])
         parts = [self.line, *_lines(causes)]
         for first, *_ in causes[:SHOWN_IN_FULL]:
             parts += ["", f"-------- seed {first.seed} --------", first.text]
@@ -113,14 +113,14 @@ class PassRates:
 
     by_test: dict[str, PassRate] = field(default_factory=dict)
 
-    def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
+    def add(self, report: pytest.TestReport, summary: dict[str, Any]) -> None:
         """Count a report, with what ``scenarios`` has put into it."""
-        test = told["test"]
+        test = summary["test"]
         if test not in self.by_test:
             path, line, name = report.location
-            place = (path, line, name.partition("[")[0] + test[len(told["function"]) :])
-            self.by_test[test] = PassRate(test, told["function"], told["at_least"], place)
-        self.by_test[test].add(report, told)
+            place = (path, line, name.partition("[")[0] + test[len(summary["function"]) :])
+            self.by_test[test] = PassRate(test, summary["function"], summary["at_least"], place)
+        self.by_test[test].add(report, summary)
 
     def __bool__(self) -> bool:
         return bool(self.run)
@@ -138,7 +138,7 @@ class PassRates:
     def summary(self) -> Iterator[str]:
         """A line for each test, and one for each cause of failures, with how to repeat it."""
         width = max(len(rate.test) for rate in self.run)
-        for rate in sorted(self.run, key=lambda one: one.test):
+        for rate in sorted(self.run, key=lambda pass_rate: pass_rate.test):
             yield f"{rate.test:{width}}  {rate.line}"
             yield from (f"  {line}" for line in _lines(_by_cause(rate.failures())))
 
@@ -166,14 +166,14 @@ class PassRates:
 def _by_cause(failures: list[Failure]) -> list[list[Failure]]:
     """Return failures in groups whose lines differ in numbers only, the largest group first."""
     groups: dict[str, list[Failure]] = {}
-    for one in failures:
-        groups.setdefault(_NUMBER.sub("#", one.line), []).append(one)
+    for failure in failures:
+        groups.setdefault(_NUMBER.sub("#", failure.line), []).append(failure)
     return sorted(groups.values(), key=len, reverse=True)
 
 
 def _lines(causes: list[list[Failure]]) -> Iterator[str]:
     for failures in causes[:SHOWN_IN_LINES]:
-        seeds = ", ".join(str(one.seed) for one in failures[:SHOWN_SEEDS])
+        seeds = ", ".join(str(failure.seed) for failure in failures[:SHOWN_SEEDS])
         more = f" and {len(failures) - SHOWN_SEEDS} more" if len(failures) > SHOWN_SEEDS else ""
         noun = "seed" if len(failures) == 1 else f"{len(failures)} seeds:"
         yield f"{noun} {seeds}{more}: {failures[0].line}"

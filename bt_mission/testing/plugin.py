@@ -105,7 +105,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(Results(config), "bt_mission_results")
     config.pluginmanager.register(SeedHooks(config), "bt_mission_seeds")
     asked = ("", "_source", "_report", "_fail_under")
-    if any(config.getoption(f"mission_cov{one}") not in (False, None, []) for one in asked):
+    if any(config.getoption(f"mission_cov{option}") not in (False, None, []) for option in asked):
         from bt_mission.testing.coverage_hooks import CoverageHooks
 
         config.pluginmanager.register(CoverageHooks(config), "bt_mission_coverage")
@@ -136,7 +136,9 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """Remove a warning that precedes all plugins, and that no user can fix."""
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if reporter is not None and "warnings" in reporter.stats:
-        kept = [one for one in reporter.stats["warnings"] if EDITABLE not in one.message]
+        kept = [
+            warning for warning in reporter.stats["warnings"] if EDITABLE not in warning.message
+        ]
         reporter.stats["warnings"] = kept
 
 
@@ -151,14 +153,14 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     from bt_mission.testing.seeds import seeded
     from bt_mission.testing.stages import Stages
 
-    one = seeded(request.node)
+    test_seed = seeded(request.node)
     records = what_to_record(request.config) != "off"
     results = request.config.pluginmanager.get_plugin("bt_mission_results")
     assert isinstance(results, Results), "pytest_configure has registered it"
     made = Stages(
         tmp_path,
-        seed=None if one is None else one.seed,
-        nature=NO_NATURE if one is None or one.at_least is None else USUAL,
+        seed=None if test_seed is None else test_seed.seed,
+        nature=NO_NATURE if test_seed is None or test_seed.at_least is None else USUAL,
         records=records,
         replay=partial(results.replay_command, request.node),
     )

@@ -87,20 +87,20 @@ class Results:
             OSError: Where that cannot be written.
         """
         self._make_folder(folder)
-        found = []
+        paths = []
         for number, run in enumerate(runs, 1):
             suffix = f"_{number}" if len(runs) > 1 else ""
             trace = folder / f"trace{suffix}.jsonl"
             lines = (f"{line}\n" for line in run.history.events)
             trace.write_text("".join(lines), encoding="utf-8")
-            told = folder / f"run{suffix}.txt"
-            told.write_text(run.describe() + "\n", encoding="utf-8")
+            text_file = folder / f"run{suffix}.txt"
+            text_file.write_text(run.describe() + "\n", encoding="utf-8")
             recording = folder / f"recording{suffix}.mcap"
             is_recorded = run.recording is not None and run.recording.leave(recording)
-            found.append(recording if is_recorded else trace)
+            paths.append(recording if is_recorded else trace)
             if run.is_done:
                 leave_scenario(run, folder / f"scenario{suffix}.yaml")
-        return found
+        return paths
 
     def keep(self, item: pytest.Item, recording: FailureRecording) -> str:
         """Keep the recording of a run that no fixture has made; gives what to type."""
@@ -135,10 +135,10 @@ class Results:
             escape_error(report)
         if FOLDER in item.stash:
             return
-        told = [("mission", run.describe()) for run in runs]
+        sections = [("mission", run.describe()) for run in runs]
         for graph in item.stash.get(GRAPHS, []):
-            told += [(f"process {one.name}", one.output) for one in graph.processes]
-        report.sections += [(escape_control(title), escape_lines(text)) for title, text in told]
+            sections += [(f"process {process.name}", process.output) for process in graph.processes]
+        report.sections += [(escape_control(title), escape_lines(text)) for title, text in sections]
         if runs:
             item.stash[FOLDER] = self._folder_of(item)
             report.sections.append(("to see it again", self._left(item.stash[FOLDER], runs)))
@@ -146,11 +146,11 @@ class Results:
     def _left(self, folder: Path, runs: list[Run]) -> str:
         """Leave what happened; gives what to type."""
         try:
-            found = self.leave(folder, runs)
+            paths = self.leave(folder, runs)
         except OSError as error:
             return f"it was not saved: {error.filename}: {error.strerror}"
         lines = []
-        for run, path in zip(runs, found, strict=True):
+        for run, path in zip(runs, paths, strict=True):
             lines.append(self._replay_of(path))
             lines += self._run_again(run, path)
             if run.recording is not None and run.recording.missing:

@@ -219,7 +219,7 @@ class Run(Assertions):
     @property
     def log(self) -> list[str]:
         """What ``log`` nodes have said."""
-        return [text for _, text in self.history.said]
+        return [text for _, text in self.history.logged_lines]
 
     def leaf(self, name: str) -> Any:
         """The node of this name or path, as it is now."""

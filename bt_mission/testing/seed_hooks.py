@@ -57,32 +57,32 @@ class SeedHooks:
         from bt_mission.testing.results import sample_of_runs
         from bt_mission.testing.seeds import line_to_repeat, seeded
 
-        one = seeded(item)
-        if one is None or hasattr(report, "wasxfail"):
+        test_seed = seeded(item)
+        if test_seed is None or hasattr(report, "wasxfail"):
             return report
         repeat = line_to_repeat(self._config, item.nodeid)
-        report.__dict__["scenario"] = asdict(one) | {
+        report.__dict__["scenario"] = asdict(test_seed) | {
             "repeat": repeat,
             "failed": report.failed,
             "sample": sample_of_runs(item) if report.when == "call" else "",
         }
         if report.failed:
             report.sections.append(("to repeat it", repeat))
-            if one.at_least is not None and report.when == "call":
+            if test_seed.at_least is not None and report.when == "call":
                 report.outcome = "skipped"
-                report.wasxfail = f"at least {one.at_least:.4g} of the seeds have to pass"
+                report.wasxfail = f"at least {test_seed.at_least:.4g} of the seeds have to pass"
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Count what a report says of a seed."""
-        told = getattr(report, "scenario", None)
-        if told is None or self._is_worker:
+        summary = getattr(report, "scenario", None)
+        if summary is None or self._is_worker:
             return
         if self._rates is None:
             from bt_mission.testing.pass_rates import PassRates
 
             self._rates = PassRates()
-        self._rates.add(report, told)
+        self._rates.add(report, summary)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
@@ -124,5 +124,5 @@ def _remember(cache: pytest.Cache, rates: PassRates) -> None:
         last = cache.get("cache/lastfailed", {})
         for rate in rates.missed:
             last.pop(rate.test, None)
-            last |= {one.nodeid: True for one in rate.failures()}
+            last |= {failure.nodeid: True for failure in rate.failures()}
         cache.set("cache/lastfailed", last)

@@ -113,13 +113,13 @@ def name_of(seed: int) -> str:
 
 def asked_for(arguments: Iterable[str], function: str) -> list[int]:
     """The seeds of a test function that stand on the command line, as in ``a.py::test[seed7]``."""
-    found = []
+    seeds = []
     for argument in arguments:
         match = re.search(r"::([^:\[\]]+)\[(.*)\]$", argument)
         if match and match[1] == function:
             parts = match[2].split("-")
-            found += [int(part[4:]) for part in parts if re.fullmatch(r"seed\d+", part)]
-    return found
+            seeds += [int(part[4:]) for part in parts if re.fullmatch(r"seed\d+", part)]
+    return seeds
 
 
 def parametrize(metafunc: pytest.Metafunc) -> None:
@@ -159,8 +159,8 @@ def _joined(names: Any) -> str:
 
 def failing_seeds(cache: pytest.Cache | None) -> dict[str, list[int]]:
     """The seeds that failed and have not passed since, by the test's node id."""
-    found = {} if cache is None else cache.get(FAILING, {})
-    return found if isinstance(found, dict) else {}
+    seeds = {} if cache is None else cache.get(FAILING, {})
+    return seeds if isinstance(seeds, dict) else {}
 
 
 def seeded(item: pytest.Item) -> SeededTest | None:

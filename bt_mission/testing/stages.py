@@ -123,10 +123,10 @@ class Stages:
             "world": None if world is None else str(self.world(world)),
             "robot": robot,
         }
-        found = self.mission(mission, **changes)
+        chosen = self.mission(mission, **changes)
         if observe is not None:
-            found = replace(found, observe=observe)
-        return self._begin(found, options)
+            chosen = replace(chosen, observe=observe)
+        return self._begin(chosen, options)
 
     def plan(self, run: Run, *faults: str | PlannedFault) -> FaultPlan:
         """Have faults begin in a run at their times or on their conditions.
@@ -139,7 +139,7 @@ class Stages:
         Raises:
             ExpressionError: For a text that is not a fault.
         """
-        planned = [parse_fault(one) if isinstance(one, str) else one for one in faults]
+        planned = [parse_fault(fault) if isinstance(fault, str) else fault for fault in faults]
         return FaultPlan(run, planned)
 
     def run_scenario(self, scenario: str | Path | Scenario) -> ScenarioResult:

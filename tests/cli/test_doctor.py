@@ -71,14 +71,14 @@ def test_python_is_fine_from_3_11_to_3_13(version):
 def test_another_python_is_missing(version):
     """The finding names the version that was met and those that work."""
     finding = doctor.python(version)
-    assert (finding.state, finding.found) == ("missing", f"3.{version[1]}")
+    assert (finding.state, finding.text) == ("missing", f"3.{version[1]}")
     assert "3.11, 3.12 or 3.13" in finding.remedy
 
 
 def test_without_a_browser_only_tests_are_skipped(tmp_path):
     """The finding says which."""
     finding = doctor.browser({"PATH": str(tmp_path)})
-    assert (finding.state, finding.found) == ("warning", "not found")
+    assert (finding.state, finding.text) == ("warning", "not found")
     assert "apt install chromium" in finding.remedy
     (tmp_path / "chromium").touch(mode=0o755)
     assert doctor.browser({"PATH": str(tmp_path)}).state == "ok"
@@ -96,7 +96,7 @@ def test_without_a_compiler_only_installing_is_in_the_way(tmp_path):
 def test_packages_that_are_absent_are_named():
     """Each by the name that pip knows."""
     finding = doctor.packages(["rich", "no-such-package"])
-    assert (finding.state, finding.found) == ("missing", "not installed: no-such-package")
+    assert (finding.state, finding.text) == ("missing", "not installed: no-such-package")
 
 
 @pytest.mark.process
@@ -117,7 +117,7 @@ def test_a_sourced_ros_of_another_release_is_missing():
     """Kilted's types have other hashes: nothing would be heard."""
     finding = doctor.ros({"ROS_DISTRO": "kilted"})
     assert finding.state == "missing"
-    assert "kilted is sourced" in finding.found
+    assert "kilted is sourced" in finding.text
 
 
 @pytest.mark.process
@@ -125,7 +125,7 @@ def test_a_middleware_that_is_absent_is_named(monkeypatch):
     """Importing rclpy would end the process; the doctor survives it and names the variable."""
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_of_nobody_cpp")
     finding = doctor.middleware()
-    assert (finding.state, finding.found) == (
+    assert (finding.state, finding.text) == (
         "missing",
         "RMW_IMPLEMENTATION=rmw_of_nobody_cpp cannot be loaded",
     )
@@ -144,7 +144,7 @@ def test_types_that_differ_on_a_topic_are_named(monkeypatch):
     ends[1][1].create_subscription(TwistStamped, "cmd_vel", print, 10)
     finding = doctor.probe("types_agree", otherwise="warning", is_local=False)
     assert finding.state == "warning"
-    assert finding.found == (
+    assert finding.text == (
         "/cmd_vel: geometry_msgs/msg/Twist by /patrol published, "
         "but geometry_msgs/msg/TwistStamped by /sim taken"
     )
@@ -174,4 +174,4 @@ def test_it_says_who_finds_our_processes(reach, state, words):
     environment = {"ROS_DOMAIN_ID": "3", "ROS_AUTOMATIC_DISCOVERY_RANGE": reach}
     result = doctor.discovery(environment)
     assert result.state == state
-    assert words in result.found
+    assert words in result.text

@@ -100,10 +100,12 @@ def _message_diagnostics(node: InterfaceNode, variables: Variables) -> Iterator[
     """Yield what is wrong with the names in a node, as far as that is seen without its types."""
     for path, text in _texts(node.sent, (*node.path, *node.sent_path)):
         readings = (text.template, text.expression)
-        found = next((one for one in readings if not isinstance(one, Exception)), None)
-        if found is None:  # which of the two errors counts, only the field's type can tell
+        expression = next(
+            (reading for reading in readings if not isinstance(reading, Exception)), None
+        )
+        if expression is None:  # which of the two errors counts, only the field's type can tell
             continue
-        marked = [name for name in found.references if name.variable]
+        marked = [name for name in expression.references if name.variable]
         yield from reference_diagnostics(path, marked, variables)
         yield from _unit_diagnostics(node, path, text, variables)
     if node.condition is not None:

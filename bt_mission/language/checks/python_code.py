@@ -25,14 +25,16 @@ def factory_diagnostics(
     factories: Iterable[NodeFactory], permissions: Permissions, *, is_needed: bool = True
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with factories of nodes; those that are needed are imported."""
-    for one in factories:
-        found = [*_code_diagnostics(one.document, one.path, one.target, "node", permissions)]
-        yield from found
-        if is_needed and permissions.python == "import" and not found:
+    for factory in factories:
+        mistakes = [
+            *_code_diagnostics(factory.document, factory.path, factory.target, "node", permissions)
+        ]
+        yield from mistakes
+        if is_needed and permissions.python == "import" and not mistakes:
             try:
-                find_factory(one.target, one.file)
+                find_factory(factory.target, factory.file)
             except PythonError as error:
-                yield one.diagnostic(error.code, error.message, error.hint)
+                yield factory.diagnostic(error.code, error.message, error.hint)
 
 
 def _code_diagnostics(
@@ -57,9 +59,9 @@ def leaf_diagnostics(
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with a Python leaf and its use; its module is imported if it may be."""
     document, place = tree.document, (*node.path, "python")
-    found = [*_code_diagnostics(document, place, node.target, "leaf", permissions)]
-    yield from found
-    if found or permissions.python != "import":
+    mistakes = [*_code_diagnostics(document, place, node.target, "leaf", permissions)]
+    yield from mistakes
+    if mistakes or permissions.python != "import":
         return
     try:
         kind = find_class(node.target, document.file)

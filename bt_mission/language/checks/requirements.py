@@ -33,7 +33,7 @@ def with_requirements(mission: Mission, paths: Sequence[str | Path]) -> Mission:
     Raises:
         InputError: With all their errors.
     """
-    known = {one.name for one in mission.requirements}
+    known = {requirement.name for requirement in mission.requirements}
     more = read_requirements(paths, MissionNames(mission), known)
     return replace(mission, requirements=(*mission.requirements, *more))
 
@@ -50,7 +50,7 @@ def read_requirements(
     Raises:
         InputError: With all their errors.
     """
-    found: list[Requirement] = []
+    requirements: list[Requirement] = []
     diagnostics: list[Diagnostic] = []
     for path in paths:
         document = read(path)
@@ -60,15 +60,18 @@ def read_requirements(
         if written is None:
             continue
         diagnostics += diagnostics_of_names(document, names)
-        for name in written.requirements.keys() & {*known, *(one.name for one in found)}:
+        for name in written.requirements.keys() & {
+            *known,
+            *(requirement.name for requirement in requirements),
+        }:
             message = f"the requirement {quoted(name)} already exists"
             diagnostics.append(
                 document.diagnostic("BT-208", ("requirements", name), message, key=True)
             )
-        found += requirements_of(written.requirements)
+        requirements += requirements_of(written.requirements)
     if diagnostics:
         raise InputError(diagnostics)
-    return tuple(found)
+    return tuple(requirements)
 
 
 def requirement_diagnostics(mission: Mission, lost: Collection[str] = ()) -> Iterator[Diagnostic]:
@@ -132,7 +135,7 @@ class KnownNames:
         if has_goal or (has_goal is not None and not needs_goal):
             return
         nodes = self._nodes or {}
-        wanted = sorted(one for one, acts in nodes.items() if acts or not needs_goal)
+        wanted = sorted(label for label, acts in nodes.items() if acts or not needs_goal)
         what = "node" if has_goal is None else "node with a goal"
         message = f"unknown {what}: {quoted(name)} (known: {listed(wanted, 12)})"
         yield ExpressionError(
@@ -158,7 +161,7 @@ class MissionNames(KnownNames):
                 nodes[node.label] = nodes.get(node.label, False) or isinstance(node, GoalNode)
         variables = {
             *mission.inputs,
-            *(one.variable for one in mission.follow),
+            *(followed.variable for followed in mission.follow),
             *(name for node in mission.tree.walk() for name in written_by(node)),
         }
         super().__init__(nodes, variables=variables)
@@ -181,8 +184,8 @@ class MissionNames(KnownNames):
 def _formulas(document: Document) -> Iterator[tuple[tuple[Key, ...], SyntaxNode]]:
     """Yield the texts of all requirements that can be read, each with its place."""
     written = document.data.get("requirements")
-    for name, one in written.items() if isinstance(written, dict) else ():
-        parts = one if isinstance(one, dict) else {None: one}
+    for name, form in written.items() if isinstance(written, dict) else ():
+        parts = form if isinstance(form, dict) else {None: form}
         for key in (None, "formula", "whenever", "then"):
             text = parts.get(key)
             if not isinstance(text, str):

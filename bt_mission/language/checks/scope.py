@@ -68,9 +68,9 @@ class Variables:
         offset += error.column - 1
         return self.document.diagnostic(error.code, path, error.message, error.hint, offset=offset)
 
-    def note(self, name: str, found: Type | None) -> None:
+    def note(self, name: str, kind: Type | None) -> None:
         """Take in that a variable is written; where writers disagree, its type is not known."""
-        self.types[name] = joined({self.types.get(name, found), found})
+        self.types[name] = joined({self.types.get(name, kind), kind})
 
     def type_of(self, value: Value) -> Type | None:
         """Return the type of a value, as far as it is known."""
@@ -83,25 +83,29 @@ class Variables:
 
     def elements(self, written: Value) -> list[Plain] | None:
         """Return the elements of a list; None where they are not the same in every run."""
-        found: object = written
+        value: object = written
         if isinstance(written, Expression) and self.fixes(written.names) and not written.draws:
             try:
-                found = written.evaluate(self.inputs, random.Random(0))
+                value = written.evaluate(self.inputs, random.Random(0))
             except ExpressionError:
                 return None
-        return found if isinstance(found, list) else None
+        return value if isinstance(value, list) else None
 
     def for_each_element(self, names: frozenset[str]) -> Iterator[Variables]:
         """Yield these variables with each value of a loop's variable among the names.
 
         Only these variables themselves are given where no such loop is around the step.
         """
-        name = next((one for one in names if one in self.loop_values), None)
+        name = next((loop_name for loop_name in names if loop_name in self.loop_values), None)
         if name is None:
             yield self
             return
         for value in self.loop_values[name][:MOST_ELEMENTS]:
-            others = {one: values for one, values in self.loop_values.items() if one != name}
+            others = {
+                loop_name: values
+                for loop_name, values in self.loop_values.items()
+                if loop_name != name
+            }
             inputs = {**self.inputs, name: value}
             yield from replace(self, inputs=inputs, loop_values=others).for_each_element(names)
 
@@ -158,8 +162,11 @@ def walk(tree: Tree, output_type: OutputType) -> Iterator[Visit]:
             lines.setdefault(name, node.line)
     known: dict[str, Type | None] = dict.fromkeys(sorted(tree.lost))
     known |= tree.types
-    known |= {one.variable: output_type(one, one.settings.field) for one in tree.follow}
-    followed = {one.variable: one.line for one in tree.follow}
+    known |= {
+        followed_topic.variable: output_type(followed_topic, followed_topic.settings.field)
+        for followed_topic in tree.follow
+    }
+    followed = {followed_topic.variable: followed_topic.line for followed_topic in tree.follow}
     given = frozenset(tree.types)
     variables = Variables(tree.document, tree.constants, known, lines, given, followed)
     yield from _walk(tree.body, variables, output_type)
@@ -180,7 +187,7 @@ def _walk(node: NodeModel, variables: Variables, output_type: OutputType) -> Ite
     shadowed = {name: types[name]} if name in types else {}
     around = {name: loops[name]} if name in loops else {}
     elements = variables.elements(node.elements)
-    types[name] = None if elements is None else joined({type_of(one) for one in elements})
+    types[name] = None if elements is None else joined({type_of(element) for element in elements})
     loops[name] = node.line
     if elements and not shadowed:
         variables.loop_values[name] = elements
@@ -342,14 +349,14 @@ def reference_diagnostics(
     for name in references:
         if message is not None and not name.variable:
             try:
-                found = field_at(message, name.name)
+                shape = field_at(message, name.name)
             except UnknownField as error:
                 if name.name not in variables.types:
                     wrong = ExpressionError(error.code, error.message, name.column, error.hint)
                     yield variables.diagnostic(path, wrong, offset)
                 continue
-            if isinstance(found, MessageShape):
-                wrong = ExpressionError("BT-502", too_much(name.name, found), name.column)
+            if isinstance(shape, MessageShape):
+                wrong = ExpressionError("BT-502", too_much(name.name, shape), name.column)
                 yield variables.diagnostic(path, wrong, offset)
         elif (unknown := variables.unknown(name)) is not None:
             code, why, hint = unknown
@@ -379,7 +386,7 @@ def template_diagnostics(path: Path, value: Template, variables: Variables) -> I
 
 def names_read(node: NodeModel) -> frozenset[str]:
     """Return every variable that a node may read."""
-    read = [names_in(one.value) for one in node.reads()]
+    read = [names_in(value_read.value) for value_read in node.reads()]
     if isinstance(node, InterfaceNode):
         read += [names_in(node.sent), names_in(node.condition)]
     return frozenset().union(*read)

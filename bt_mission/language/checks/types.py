@@ -207,15 +207,15 @@ def _settled_condition(
             return None
         return float(value), float(value)
 
-    found = outcomes(condition.root, find)
-    if len(found) > 1:
+    values = outcomes(condition.root, find)
+    if len(values) > 1:
         return
     read = dict.fromkeys(name.name for name in condition.references if name.name in ranges)
     if not read:
         return
     reach = " and ".join(f"'{name}' {_words(ranges[name])}" for name in read)
     path = (*node.path, *node.condition_path)
-    if True in found:
+    if True in values:
         message = f"this condition is true from the first feedback: with this goal {reach}"
     else:
         message = f"this condition is never true: with this goal {reach}"

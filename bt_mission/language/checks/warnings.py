@@ -70,7 +70,9 @@ def _head_warnings(tree: Tree, read: frozenset[str]) -> Iterator[Diagnostic]:
     document, head = tree.document, () if tree.is_main else tree.path
     for name in tree.types:
         if name not in read:
-            place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
+            place = next(
+                section for section in ("inputs", "needs") if _has(document, (*head, section), name)
+            )
             message = f"the input '{name}' is never read"
             yield document.diagnostic(
                 "BT-231", (*head, place, name), message, key=True, severity="warning"
@@ -90,7 +92,7 @@ def _has(document: Document, path: Path, name: str) -> bool:
 def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
     """Yield what is suspicious in the nodes of a tree."""
     ends = ends_of(tree.body)
-    followed = {one.variable for one in tree.follow}
+    followed = {followed_topic.variable for followed_topic in tree.follow}
     variables = {*tree.types, *followed, *_written(tree.body.walk())}
     bounded, concurrent = _ids_below(tree, TimeoutNode), _ids_below(tree, ParallelNode)
     limit = 'timeout="SECONDS"' if tree.document.is_xml else "timeout: SECONDS"
@@ -147,15 +149,15 @@ def expected_failures(mission: Mission) -> frozenset[int]:
     Those are the nodes below a `fallback` but for its last child, below `invert` and
     `force: success`, and below a `parallel` that can spare them; also in a tree that is used there.
     """
-    found: set[int] = set()
+    reached: set[int] = set()
     waiting = [tree.body for tree in mission.all_trees]
     while waiting:
         for node in waiting.pop().walk():
-            spared = mission.below(node) if id(node) in found else _spared(node)
-            new = [child for child in spared if id(child) not in found]
-            found.update(map(id, new))
+            spared = mission.below(node) if id(node) in reached else _spared(node)
+            new = [child for child in spared if id(child) not in reached]
+            reached.update(map(id, new))
             waiting += new
-    return frozenset(found)
+    return frozenset(reached)
 
 
 def _spared(node: NodeModel) -> Sequence[NodeModel]:
@@ -205,8 +207,8 @@ def _written(nodes: Iterator[NodeModel]) -> set[str]:
 
 def _unsure_cleanup(node: FinallyNode, tree: NodeModel) -> Iterator[Finding]:
     """Yield what a clean-up reads and its node may not have written yet."""
-    inside = {id(one) for one in node.child.walk()}
-    elsewhere = _written(one for one in tree.walk() if id(one) not in inside)
+    inside = {id(inner) for inner in node.child.walk()}
+    elsewhere = _written(step for step in tree.walk() if id(step) not in inside)
     unsure = _written(node.child.walk()) - elsewhere
     for reader in node.cleanup.walk():
         for name in sorted(names_read(reader) & unsure):

@@ -62,10 +62,10 @@ class Expression:
             root: Its parts.
             like: Has its names and its random numbers.
         """
-        found = replace(like) if like is not None else cls("0")
-        object.__setattr__(found, "text", text)
-        object.__setattr__(found, "root", root)
-        return found
+        expression = replace(like) if like is not None else cls("0")
+        object.__setattr__(expression, "text", text)
+        object.__setattr__(expression, "root", root)
+        return expression
 
     def in_unit(self, unit: str, of_name: UnitOfName = lambda _: "") -> Expression:
         """Return the expression with its quantities as numbers in the unit of a field.
@@ -131,11 +131,11 @@ class Template:
     @property
     def holes(self) -> tuple[Hole, ...]:
         """The holes, the first one of those that are equal."""
-        found: dict[tuple[str, str], Hole] = {}
+        holes: dict[tuple[str, str], Hole] = {}
         for part in self.parts:
             if not isinstance(part, str):
-                found.setdefault((part.expression.text, part.format), part)
-        return tuple(found.values())
+                holes.setdefault((part.expression.text, part.format), part)
+        return tuple(holes.values())
 
     @property
     def references(self) -> tuple[Name, ...]:
@@ -196,9 +196,9 @@ class Text:
 
     def reading(self, expression: Expression | ExpressionError) -> Text:
         """Return the text with another reading as an expression."""
-        found = replace(self)
-        object.__setattr__(found, "expression", expression)
-        return found
+        copy = replace(self)
+        object.__setattr__(copy, "expression", expression)
+        return copy
 
 
 @dataclass(frozen=True)
@@ -281,10 +281,10 @@ def written_text(value: Any) -> str:
         case Expression() | Template() | Text():
             return value.text
         case Mapping():
-            parts = (f"{name}: {written_text(one)}" for name, one in value.items())
+            parts = (f"{name}: {written_text(part)}" for name, part in value.items())
             return f"{{{', '.join(parts)}}}"
         case list() | tuple():
-            return f"[{', '.join(written_text(one) for one in value)}]"
+            return f"[{', '.join(written_text(part) for part in value)}]"
     return show(value)
 
 

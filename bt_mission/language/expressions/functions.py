@@ -114,6 +114,6 @@ def result_type(name: str, arguments: Sequence[Type | None]) -> Type | None:
     gives = FUNCTIONS[name].gives
     if gives is not None:
         return gives
-    if all(one == "integer" for one in arguments):
+    if all(argument_type == "integer" for argument_type in arguments):
         return "integer"
     return None if None in arguments else "number"

@@ -69,10 +69,10 @@ def _compared(node: Comparison, find: FindRange) -> frozenset[bool]:
         return BOTH
     ranges = [range_of(side, find) for side in sides]
     pairs = zip(pairwise(ranges), node.rest, strict=True)
-    found = [_compare(left, right, symbol) for (left, right), (symbol, _, _) in pairs]
-    if any(one == {False} for one in found):
+    results = [_compare(left, right, symbol) for (left, right), (symbol, _, _) in pairs]
+    if any(result == {False} for result in results):
         return frozenset((False,))
-    return frozenset((True,)) if all(one == {True} for one in found) else BOTH
+    return frozenset((True,)) if all(result == {True} for result in results) else BOTH
 
 
 def _compare(left: Range, right: Range, symbol: str) -> frozenset[bool]:
@@ -112,7 +112,7 @@ def range_of(node: SyntaxNode, find: FindRange) -> Range:
             return (least, max(abs(low), abs(high)))
         case FunctionCall(name="min" | "max" as name, arguments=arguments) if len(arguments) > 1:
             pick = _SMALLEST_LARGEST[name]
-            lows, highs = zip(*(range_of(one, find) for one in arguments), strict=True)
+            lows, highs = zip(*(range_of(argument, find) for argument in arguments), strict=True)
             return (pick(lows), pick(highs))
     return find(node) or ANYTHING
 

@@ -90,10 +90,12 @@ def parse(text: str) -> Parsed:
 
     Raises ExpressionError, with the column.
     """
-    found = _tried(text)
-    if isinstance(found, ExpressionError):
-        raise type(found)(found.code, found.message, found.column, found.hint)
-    return found
+    parsed_text = _tried(text)
+    if isinstance(parsed_text, ExpressionError):
+        raise type(parsed_text)(
+            parsed_text.code, parsed_text.message, parsed_text.column, parsed_text.hint
+        )
+    return parsed_text
 
 
 @lru_cache(maxsize=4096)
@@ -129,15 +131,15 @@ def tokenized(text: str, symbols: str = "") -> list[Token]:
             tokens.append(Token("symbol", text[at], at + 1))
             at += 1
             continue
-        found = _TOKEN.match(text, at)
-        if found is None:
+        match = _TOKEN.match(text, at)
+        if match is None:
             raise _bad_character(text, at)
-        kind = found.lastgroup or ""
-        if found.group() in _INSTEAD or text[at : at + 2] in _INSTEAD:
+        kind = match.lastgroup or ""
+        if match.group() in _INSTEAD or text[at : at + 2] in _INSTEAD:
             raise _bad_character(text, at)
         if kind != "blank":
-            tokens.append(Token(kind, found.group(), at + 1))
-        at = found.end()
+            tokens.append(Token(kind, match.group(), at + 1))
+        at = match.end()
     tokens.append(Token("end", "", len(text.rstrip()) + 1))
     return tokens
 
@@ -147,10 +149,10 @@ def _bad_character(text: str, at: int) -> ExpressionError:
         return ExpressionError("BT-401", "this quote is never closed", at + 1)
     if text[at] == "$":
         return ExpressionError("BT-401", "expected a name after '$'", at + 1)
-    found = text[at : at + 2] if text[at : at + 2] in _INSTEAD else text[at]
-    instead = _INSTEAD.get(found)
+    symbol = text[at : at + 2] if text[at : at + 2] in _INSTEAD else text[at]
+    instead = _INSTEAD.get(symbol)
     hint = f"write '{instead}'" if instead else None
-    return ExpressionError("BT-401", f"unexpected token {quoted(found)}", at + 1, hint)
+    return ExpressionError("BT-401", f"unexpected token {quoted(symbol)}", at + 1, hint)
 
 
 @dataclass

@@ -70,29 +70,29 @@ class PlaceLookup(Unary):
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
-        found: Plain = self._pose(self.operand.evaluate(scope))
-        return found
+        pose: Plain = self._pose(self.operand.evaluate(scope))
+        return pose
 
     @override
     def infer(self, types: Types) -> Type | None:
-        found = self.operand.infer(types)
-        return "list" if found == "text" else found
+        kind = self.operand.infer(types)
+        return "list" if kind == "text" else kind
 
     def _pose(self, value: Plain) -> Any:
         if isinstance(value, str):
-            found = self.places.find(value)
-            if found is None:
+            pose = self.places.find(value)
+            if pose is None:
                 raise self.places.unknown(value, self.column)
-            return list(found)
-        return [self._pose(one) for one in value] if isinstance(value, list | tuple) else value
+            return list(pose)
+        return [self._pose(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def with_places(text: Text, places: Places) -> Text:
     """Return a text for a field that holds a pose, with the names of places in it looked up."""
-    found = places.find(text.text)
+    pose = places.find(text.text)
     expression = text.expression
-    if found is not None:
-        return text.reading(Expression.of(text.text, Constant(1, list(found))))
+    if pose is not None:
+        return text.reading(Expression.of(text.text, Constant(1, list(pose))))
     if isinstance(expression, Expression):
         root = PlaceLookup(expression.root.column, expression.root, places)
         return text.reading(Expression.of(expression.text, root, expression))

@@ -73,12 +73,12 @@ class SyntaxNode(ABC):
 
     def expect(self, types: Types, wanted: Type) -> Type | None:
         """Infer a type, which must fit."""
-        found = self.infer(types)
-        if not fits(found, wanted):
+        kind = self.infer(types)
+        if not fits(kind, wanted):
             raise ExpressionError(
-                "BT-404", f"expected {WORDS[wanted]}, got {WORDS[found]}", self.column
+                "BT-404", f"expected {WORDS[wanted]}, got {WORDS[kind]}", self.column
             )
-        return found
+        return kind
 
 
 @dataclass(frozen=True)
@@ -288,8 +288,8 @@ class FunctionCall(SyntaxNode):
         function = FUNCTIONS[self.name]
         wanted = function.takes
         values = [
-            one.evaluate(scope) if wanted is None else one.need(scope, wanted)
-            for one in self.arguments
+            argument.evaluate(scope) if wanted is None else argument.need(scope, wanted)
+            for argument in self.arguments
         ]
         numbers = [value for value in values if isinstance(value, int | float)]
         was_finite = all(math.isfinite(number) for number in numbers)
@@ -305,11 +305,11 @@ class FunctionCall(SyntaxNode):
     @override
     def infer(self, types: Types) -> Type | None:
         wanted = FUNCTIONS[self.name].takes
-        found = [
-            one.infer(types) if wanted is None else one.expect(types, wanted)
-            for one in self.arguments
+        argument_types = [
+            argument.infer(types) if wanted is None else argument.expect(types, wanted)
+            for argument in self.arguments
         ]
-        return result_type(self.name, found)
+        return result_type(self.name, argument_types)
 
 
 @dataclass(frozen=True)
@@ -405,7 +405,7 @@ def _refuse_large_power(base: float, exponent: float, column: int) -> None:
 
 
 def _refuse_comparison(left: Type | None, right: Type | None, symbol: str, column: int) -> None:
-    sides = {"number" if one == "integer" else one for one in (left, right)}
+    sides = {"number" if side == "integer" else side for side in (left, right)}
     if len(sides) > 1:
         message = f"cannot compare {WORDS[left]} with {WORDS[right]}"
         raise ExpressionError("BT-404", message, column)

@@ -74,9 +74,9 @@ class Measured(float):
         """Return a quantity in a unit."""
         base = UNITS[unit][1]
         kept = unit if is_angle(unit) else base
-        found = super().__new__(cls, converted(number, unit, kept))
-        found.unit = kept
-        return found
+        quantity = super().__new__(cls, converted(number, unit, kept))
+        quantity.unit = kept
+        return quantity
 
     def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]
         """Return what a copy is made of."""
@@ -151,10 +151,12 @@ def _agreed(
     leaf: Callable[[SyntaxNode], Dimension | None],
 ) -> Dimension | None:
     """Return the one dimension that all parts have."""
-    known = [found for part in parts if (found := dimension_of(part, leaf)) is not None]
-    for found in known[1:]:
-        if found != known[0]:
-            first, other = (shown_unit(one) or "no unit" for one in (known[0], found))
+    known = [dimension for part in parts if (dimension := dimension_of(part, leaf)) is not None]
+    for dimension in known[1:]:
+        if dimension != known[0]:
+            first, other = (
+                shown_unit(dimension) or "no unit" for dimension in (known[0], dimension)
+            )
             raise ExpressionError("BT-305", f"units do not match: {first} and {other}", node.column)
     return known[0] if known else None
 
@@ -185,10 +187,10 @@ def settled(root: SyntaxNode, unit: str, of_name: UnitOfName = lambda _: "") -> 
     def dimension_of_name(node: SyntaxNode) -> Dimension | None:
         return COMPUTED.get(of_name(node)) if isinstance(node, Name) else None
 
-    found = dimension_of(root, dimension_of_name)
-    if wanted is not None and found is not None and found != wanted:
-        fitting = ", ".join(name for name, one in COMPUTED.items() if one == wanted)
-        got = shown_unit(found) or "a number without a unit"
+    actual = dimension_of(root, dimension_of_name)
+    if wanted is not None and actual is not None and actual != wanted:
+        fitting = ", ".join(name for name, dimension in COMPUTED.items() if dimension == wanted)
+        got = shown_unit(actual) or "a number without a unit"
         message = f"the field is in {unit} ({fitting}), got {got}"
         raise ExpressionError("BT-305", message, first.column)
     return _settled(root, unit, of_name, dimension_of_name)
@@ -207,14 +209,14 @@ def _settled(
             unit = SI if name in _OF_ANGLES else ""
         case Comparison():
             dimension_of(node, dimension_of_name)
-            unit = next((found for name in _names(node) if (found := of_name(name))), "")
+            unit = next((unit_name for name in _names(node) if (unit_name := of_name(name))), "")
 
     def inner(value: Any) -> Any:
         if isinstance(value, SyntaxNode):
             return _settled(value, unit, of_name, dimension_of_name)
         return tuple(map(inner, value)) if isinstance(value, tuple) else value
 
-    return replace(node, **{one.name: inner(getattr(node, one.name)) for one in fields(node)})
+    return replace(node, **{field.name: inner(getattr(node, field.name)) for field in fields(node)})
 
 
 def _number(quantity: Quantity, unit: str) -> float:

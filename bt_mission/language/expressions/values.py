@@ -73,17 +73,17 @@ def type_of(value: object) -> Type | None:
     return None
 
 
-def fits(found: Type | None, wanted: Type) -> bool:
+def fits(actual: Type | None, wanted: Type) -> bool:
     """Return whether a value of a type will do where another is wanted; unknown will."""
-    return found is None or found == wanted or (found == "integer" and wanted == "number")
+    return actual is None or actual == wanted or (actual == "integer" and wanted == "number")
 
 
 def joined(types: Collection[Type | None]) -> Type | None:
     """Return the common type of values of these types, or None."""
-    found = frozenset(types)
-    if found == {"integer", "number"}:
+    distinct = frozenset(types)
+    if distinct == {"integer", "number"}:
         return "number"
-    return next(iter(found)) if len(found) == 1 else None
+    return next(iter(distinct)) if len(distinct) == 1 else None
 
 
 def show(value: object) -> str:

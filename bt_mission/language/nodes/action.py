@@ -48,8 +48,8 @@ class GoalNode(InterfaceNode, base.OutputsNode):
     @property
     @override
     def condition(self) -> Expression | None:
-        found: Expression | None = self.cancel_when
-        return found
+        condition: Expression | None = self.cancel_when
+        return condition
 
     @override
     def with_condition(self, condition: Expression) -> Self:

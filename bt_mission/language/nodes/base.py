@@ -274,7 +274,7 @@ class NodeModel(InFile, Written):
         for path, get, mark in self.read_fields:
             value = get(self)
             if isinstance(value, dict):
-                yield from (Read((*path, key), one, mark.wanted) for key, one in value.items())
+                yield from (Read((*path, key), item, mark.wanted) for key, item in value.items())
             elif value is not None:
                 yield Read(path, value, mark.wanted)
 
@@ -312,7 +312,10 @@ def _read_fields(
         place, within = (*path, info.alias or name), (*names, name)
         kind: Any = info.annotation
         parts = get_args(kind)[1:] if get_origin(kind) is dict else ()
-        for mark in (*info.metadata, *(one for part in parts for one in part.__metadata__)):
+        for mark in (
+            *info.metadata,
+            *(metadata for part in parts for metadata in part.__metadata__),
+        ):
             if isinstance(mark, Reads):
                 yield place, attrgetter(".".join(within)), mark
         if isinstance(kind, type) and issubclass(kind, Written) and kind is not NodeModel:

@@ -26,12 +26,12 @@ class InTurnNode(base.CompositeNode):
 
     @override
     def ends(self, below: list[base.Ends]) -> base.Ends:
-        found: base.Ends = frozenset()
+        combined: base.Ends = frozenset()
         for ends in below:
-            found |= ends - {self.goes_on}
+            combined |= ends - {self.goes_on}
             if self.goes_on not in ends:
-                return found
-        return found | {self.goes_on}
+                return combined
+        return combined | {self.goes_on}
 
     @override
     def details(self) -> list[str]:
@@ -102,7 +102,9 @@ class ParallelNode(base.CompositeNode):
 
     @override
     def ends(self, below: list[base.Ends]) -> base.Ends:
-        return base.EITHER if any("failure" in one for one in below) else frozenset().union(*below)
+        return (
+            base.EITHER if any("failure" in ends for ends in below) else frozenset().union(*below)
+        )
 
     @override
     def details(self) -> list[str]:
@@ -139,7 +141,7 @@ class ChooseNode(base.CompositeNode):
 
     @override
     def details(self) -> list[str]:
-        weights = ", ".join(f"{one:g}" for one in self.weights)
+        weights = ", ".join(f"{weight:g}" for weight in self.weights)
         return [f"weights {weights}"] if weights else []
 
 

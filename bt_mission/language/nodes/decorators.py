@@ -52,7 +52,7 @@ class RepeatNode(base.DecoratorNode):
     def frame(self) -> tuple[object, ...]:
         given = self.settings
         ends = (given.count, given.before, given.after)
-        return (*super().frame, *(one is None for one in ends))
+        return (*super().frame, *(end is None for end in ends))
 
     @override
     def reads(self) -> Iterator[base.Read]:
@@ -76,11 +76,13 @@ class RepeatNode(base.DecoratorNode):
     def details(self) -> list[str]:
         settings = self.settings
         words = {"while": settings.before, "until": settings.after}
-        said = [f"{word} {written_text(one)}" for word, one in words.items() if one is not None]
+        parts = [
+            f"{word} {written_text(value)}" for word, value in words.items() if value is not None
+        ]
         if settings.count is not None:
-            most = "at most " if said else ""
-            said.append(f"{most}{written_text(settings.count)} times")
-        return said
+            most = "at most " if parts else ""
+            parts.append(f"{most}{written_text(settings.count)} times")
+        return parts
 
 
 class RetrySettings(base.Written):

@@ -115,9 +115,9 @@ def parsed(kind: Callable[[str], Kind], text: str, words: str = "", unit: str | 
     unit; with None they are unchanged.
     """
     try:
-        found: Any = kind(text)
-        is_settled = unit is not None and isinstance(found, Expression)
-        return cast("Kind", found.in_unit(unit) if is_settled else found)
+        parsed_value: Any = kind(text)
+        is_settled = unit is not None and isinstance(parsed_value, Expression)
+        return cast("Kind", parsed_value.in_unit(unit) if is_settled else parsed_value)
     except ExpressionError as error:
         loose = words and isinstance(error, LooseText)
         message = f"expected {words} or an expression: {error.message}" if loose else error.message
@@ -228,12 +228,13 @@ def printable(line: str) -> str:
 
 def variable(name: Any) -> str:
     """Return the name of a variable."""
-    found = _variable_name(name)
-    if found in RESERVED:
+    variable_name = _variable_name(name)
+    if variable_name in RESERVED:
         raise refusal(
-            f"'{found}' is a keyword of expressions, so it cannot be a variable", code="BT-312"
+            f"'{variable_name}' is a keyword of expressions, so it cannot be a variable",
+            code="BT-312",
         )
-    return found
+    return variable_name
 
 
 def plain(value: Any) -> Any:

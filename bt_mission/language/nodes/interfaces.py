@@ -40,10 +40,12 @@ class _FieldReader:
             case Text():
                 return self.text(value, path)
             case Mapping():
-                inner = {key: self.read(one, (*path, key)) for key, one in value.items()}
-                return inner if any(one is not value[key] for key, one in inner.items()) else value
+                inner = {key: self.read(item, (*path, key)) for key, item in value.items()}
+                return (
+                    inner if any(item is not value[key] for key, item in inner.items()) else value
+                )
             case tuple():
-                items = tuple(self.read(one, (*path, index)) for index, one in enumerate(value))
+                items = tuple(self.read(item, (*path, index)) for index, item in enumerate(value))
                 return items if any(map(is_not, items, value)) else value
         return value
 

@@ -84,7 +84,7 @@ FIRST_FIELDS = {
     "finally": "timeout",
     "repeat": "count",
     "retry": "attempts",
-    **{kind: next(iter(one.example)) for kind, one in ACTION_NAMES.items() if one.example},
+    **{kind: next(iter(action.example)) for kind, action in ACTION_NAMES.items() if action.example},
 }
 """The field that is meant where a type of node with fields gets one value."""
 

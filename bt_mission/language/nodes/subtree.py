@@ -65,7 +65,7 @@ class TreeNode(base.OutputsNode):
             return self
         definition = signature.definition
         self._compare_inputs(signature.types, path, reading)
-        missing = [one for one in definition.needs if one not in self.inputs]
+        missing = [name for name in definition.needs if name not in self.inputs]
         if missing:
             message = f"{self.tree} needs a value for {listed(missing)}"
             reading.report("BT-212", name_path, message, "give it under 'inputs'")

@@ -99,7 +99,7 @@ def check_formula(root: SyntaxNode) -> None:
         what = "cannot be violated" if value else "cannot hold"
         reach = ", ".join(
             f"'{name}' is {_words(SIGNALS[name].range)}"
-            for name in dict.fromkeys(one.name for one in signals_in(root))
+            for name in dict.fromkeys(signal.name for signal in signals_in(root))
             if name in SIGNALS and SIGNALS[name].range != _ANY
         )
         raise ExpressionError(
@@ -279,7 +279,7 @@ def _values(node: SyntaxNode) -> frozenset[bool]:
         case Temporal(operands=(_, _)):
             return frozenset((True, False))
         case Not(operand=operand):
-            return frozenset(not one for one in _values(operand))
+            return frozenset(not value for value in _values(operand))
         case Logic(symbol=symbol, left=left, right=right):
             join = all if symbol == "and" else any
             return frozenset(join((a, b)) for a in _values(left) for b in _values(right))

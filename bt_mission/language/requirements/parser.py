@@ -249,12 +249,12 @@ class RequirementParser(ExpressionParser):
         if token.text in EDGES or token.text in MEASURES:
             return self.edge(token) if token.text in EDGES else self.measure(token)
         if token.text in FUNCTIONS:
-            found = super().call(token)
+            read_signal = super().call(token)
             if self.draws:
                 raise ExpressionError(
                     "BT-604", "a requirement cannot draw random numbers", token.column
                 )
-            return found
+            return read_signal
         signal = SIGNALS.get(token.text)
         if signal is None:
             raise _unknown(token.text, token.column)
@@ -292,8 +292,8 @@ class RequirementParser(ExpressionParser):
         if name not in OUTCOMES:
             message = f"unknown outcome {quoted(name)} (known: {listed(OUTCOMES)})"
             raise ExpressionError("BT-303", message, named.column, did_you_mean(name, OUTCOMES))
-        found = SignalValue(token.column, OUTCOME, (node, name))
-        return Not(token.column, found) if symbol.text == "!=" else found
+        outcome = SignalValue(token.column, OUTCOME, (node, name))
+        return Not(token.column, outcome) if symbol.text == "!=" else outcome
 
     # ---- what was so far -----------------------------------------------------------------
 
@@ -340,7 +340,7 @@ def _expect_edge(node: SyntaxNode | None, where: str, column: int) -> Temporal:
 
 
 def _usage(name: str) -> str:
-    arguments = ", ".join(f'"{one}"' for one in SIGNALS[name].arguments)
+    arguments = ", ".join(f'"{argument}"' for argument in SIGNALS[name].arguments)
     return f"{name}({arguments})" if arguments else f"'{name}' without parentheses"
 
 

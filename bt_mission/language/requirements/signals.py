@@ -135,7 +135,7 @@ SIGNALS: Mapping[str, Signal] = {
 """Every signal by its name; `$name` is a variable of the mission besides."""
 
 OUTCOME = "outcome"
-OUTCOMES = ("canceled", *(str(one) for one in Outcome))
+OUTCOMES = ("canceled", *(str(outcome) for outcome in Outcome))
 """What the outcome of a goal is compared with; `canceled` is any of those that begin with it."""
 
 ENDS_WITH_MISSION = frozenset(

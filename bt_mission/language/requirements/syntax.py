@@ -115,7 +115,7 @@ class Measure(SyntaxNode):
     @property
     @override
     def parts(self) -> tuple[SyntaxNode, ...]:
-        return tuple(one for one in (self.operand, self.edge) if one is not None)
+        return tuple(bound for bound in (self.operand, self.edge) if bound is not None)
 
     @cached_property
     def key(self) -> str:

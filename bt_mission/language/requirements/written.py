@@ -95,8 +95,15 @@ class RequirementForm(Written):
         then = self.then.text
         if self.within is None:
             return f"whenever {self.whenever.text}: {then}"
-        parts = [one for one in walk(self.then.root) if isinstance(one, Temporal | Measure)]
-        if any(isinstance(one, Measure) or one.word in ("until", "since") for one in parts):
+        parts = [
+            operator
+            for operator in walk(self.then.root)
+            if isinstance(operator, Temporal | Measure)
+        ]
+        if any(
+            isinstance(operator, Measure) or operator.word in ("until", "since")
+            for operator in parts
+        ):
             then = f"({then})"  # its own 'until' or 'count' would take the 'within'
         return f"whenever {self.whenever.text}: {then} within {self.within:g} s"
 
@@ -129,8 +136,8 @@ class RequirementsFile(Written):
 
 def requirements_of(written: Mapping[str, Formula | RequirementForm]) -> tuple[Requirement, ...]:
     """Return requirements as their file has them, in its order."""
-    found = []
-    for name, one in written.items():
-        action: OnViolation = one.on_violation if isinstance(one, RequirementForm) else "report"
-        found.append(Requirement(name, one.text, one.root, action))
-    return tuple(found)
+    requirements = []
+    for name, form in written.items():
+        action: OnViolation = form.on_violation if isinstance(form, RequirementForm) else "report"
+        requirements.append(Requirement(name, form.text, form.root, action))
+    return tuple(requirements)

@@ -42,7 +42,7 @@ class DrawnScenario:
                 "mission": read_text(self.mission).data,
                 "world": read_text(self.world).data,
                 "seed": self.seed,
-                "faults": [one.text for one in self.faults],
+                "faults": [fault.text for fault in self.faults],
             }
         )
 
