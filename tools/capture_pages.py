@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Take pictures of pages for docs/images, in a headless Chromium: web.png and sweep.png.
+"""Take pictures of pages for docs/images, in a headless Chromium: web.png, edit.png and sweep.png.
 
 Runs and records explore.yaml, and sweeps it with 200 scenarios (some minutes), unless a recording
-or the results of a sweep are named: ``tools/capture_pages.py [web [FILE.mcap] | sweep [RESULTS]]``.
+or the results of a sweep are named:
+``tools/capture_pages.py [web [FILE.mcap] | edit | sweep [RESULTS]]``.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ from tempfile import TemporaryDirectory
 
 from PIL import Image
 
+from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.sweeps.report.page import write_sweep_page
 from bt_mission.sweeps.store import ResultStore
+from bt_mission.views.web.edit.server import EditServer
+from bt_mission.views.web.edit.workspace import Workspace
 from bt_mission.views.web.report.page import robot_runs, served_page_of
 from bt_mission.views.web.server import PageServer, WebOptions
 
@@ -82,10 +86,39 @@ def capture_web(page: Page, recording: Path | None, folder: Path) -> None:
     asyncio.run(serve())
 
 
+def capture_edit(page: Page, _: Path | None, folder: Path) -> None:
+    """Capture the editor beside a run."""
+    prepare_middleware()
+    missions = folder / "missions"
+    missions.mkdir()
+    (missions / "explore.yaml").write_bytes((ROOT / "missions" / "explore.yaml").read_bytes())
+
+    def look(link: str) -> None:
+        page.visit(link, width=1440, height=820)
+        page.until("document.querySelectorAll('.node').length > 5")
+        page.look("document.getElementById('speed').value = '4'")
+        page.look("document.getElementById('run').click()")
+        frame = "document.getElementById('run-frame').contentDocument"
+        page.until(f"{frame}.getElementById('log')?.children.length > 6", 60)
+        page.screenshot(folder / "edit.png")
+
+    async def serve() -> None:
+        with closing(EditServer(Workspace(missions), WebOptions(port=0))) as server:
+            is_over = False
+            serving = asyncio.create_task(server.serve(lambda: is_over))
+            try:
+                await asyncio.to_thread(look, server.link)
+            finally:
+                is_over = True
+                await serving
+
+    asyncio.run(serve())
+
+
 def main() -> None:
-    """Capture both, or one."""
+    """Capture all, or one."""
     parser = argparse.ArgumentParser(description=__doc__)
-    captures = {"web": capture_web, "sweep": capture_sweep}
+    captures = {"web": capture_web, "edit": capture_edit, "sweep": capture_sweep}
     parser.add_argument("name", nargs="?", choices=captures)
     parser.add_argument("source", nargs="?", type=Path)
     options = parser.parse_args()
