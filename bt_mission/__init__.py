@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from bt_mission.goals.goal import GoalClient
     from bt_mission.goals.outcome import Outcome
     from bt_mission.language.mission import Mission
+    from bt_mission.language.revision import Revision
     from bt_mission.recording.contents import RecordingOptions
     from bt_mission.recording.reader import read_run as read_recording
     from bt_mission.recording.writer import record
@@ -69,6 +70,7 @@ __all__ = [
     "Outcome",
     "RecordingOptions",
     "Report",
+    "Revision",
     "RunnerOptions",
     "Scenario",
     "ScenarioResult",
@@ -104,6 +106,7 @@ _load = lazy_names(
         "Outcome": "bt_mission.goals.outcome",
         "RecordingOptions": "bt_mission.recording.contents",
         "Report": "bt_mission.executive.report",
+        "Revision": "bt_mission.language.revision",
         "RunnerOptions": "bt_mission.ros.mission_runner",
         "Scenario": "bt_mission.scenarios.scenario",
         "ScenarioResult": "bt_mission.scenarios.scenario",

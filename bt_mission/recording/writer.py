@@ -22,7 +22,7 @@ from bt_mission.core.errors import described
 from bt_mission.core.output import DELETED
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.versions import versions
-from bt_mission.events.events import Event
+from bt_mission.events.events import Event, TreeRevised
 from bt_mission.events.log import rosout_line
 from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import (
@@ -406,6 +406,7 @@ class MissionRecorder:
         self.name = run.node.get_fully_qualified_name()
         """Full name of the executive's node: below it lie the mission's topics."""
         self._runner = run.runner
+        self._is_alone = is_alone
         self._logger = run.node.get_name() if is_alone else self.name.strip("/").replace("/", ".")
         self._recording = recording
         self._status = {
@@ -471,9 +472,21 @@ class MissionRecorder:
         self._status[what](serialize_message(message))
 
     def _take_event(self, event: Event) -> None:
+        if isinstance(event, TreeRevised):
+            self._attach_version(event)
         line = rosout_line(event, self._runner.executive.node_infos)
         if line is not None:
             self._recording.take_log(line[0], self._logger, line[1])
+
+    def _attach_version(self, event: TreeRevised) -> None:
+        """Write the files of a revision of the mission."""
+        folder = f"revision_{event.number}"
+        if not self._is_alone:
+            folder = f"{self._logger}/{folder}"
+        for name, text in files_of(self._runner.mission):
+            self._recording.file.attach(
+                f"{folder}/{name}", "text/plain", text.encode(), event.time_ns
+            )
 
     def _sample(self, line: str) -> None:
         """Write the signals of a control step, after what was received before it."""

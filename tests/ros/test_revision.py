@@ -140,6 +140,7 @@ def test_a_resumed_mission_is_the_revised_one(ros: Any, tmp_path: Path) -> None:
 
 def test_a_recording_has_the_tree_of_each_time(tmp_path: Path) -> None:
     """And the files of the new version; two runs with the same revision have the same trace."""
+    from bt_mission.recording.reader import read_run  # noqa: PLC0415 - the same
     from bt_mission.recording.replay.player import TimelineSeeker  # noqa: PLC0415 - is slow
     from bt_mission.recording.replay.timeline import read_timeline  # noqa: PLC0415 - the same
     from bt_mission.recording.writer import record  # noqa: PLC0415 - the same
@@ -165,6 +166,10 @@ def test_a_recording_has_the_tree_of_each_time(tmp_path: Path) -> None:
             assert stage.executive.reason == ""
             hashes.append(stage.trace.sha256)
     assert hashes[0] == hashes[1]
+    run = read_run(tmp_path / "1.mcap")
+    assert "move" in run.files["revision_1/<text>"]
+    assert [node.name for node in run.tree] == ["m", "log", "left", "move", "pause"]
+    assert [len(spans) for spans in run.spans] == [1, 0, 1, 1, 1]
     seeker = TimelineSeeker(read_timeline(tmp_path / "1.mcap"))
     before = seeker.seek(1_900_000_000).tree
     after = seeker.seek(2_100_000_000)
