@@ -7,10 +7,12 @@ import importlib.metadata
 import os
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -236,6 +238,17 @@ def loopback() -> CheckResult:
         talker.wait()
 
 
+def full_text_search() -> CheckResult:
+    """SQLite with FTS5, in which `bt-mission docs WORDS` searches."""
+    with closing(sqlite3.connect(":memory:")) as database:
+        try:
+            database.execute("CREATE VIRTUAL TABLE words USING fts5(text)")
+        except sqlite3.DatabaseError as error:
+            remedy = "use a Python whose SQLite has FTS5; `bt-mission docs PAGE` works without it"
+            return CheckResult("warning", f"SQLite {sqlite3.sqlite_version}: {error}", remedy)
+    return CheckResult("ok", f"SQLite {sqlite3.sqlite_version} with FTS5")
+
+
 CHECKS = (
     DoctorCheck("Python", python),
     DoctorCheck("C++ compiler", compiler),
@@ -263,6 +276,7 @@ CHECKS = (
         needs=("Python packages",),
     ),
     DoctorCheck("Chromium", browser),
+    DoctorCheck("search in the documentation", full_text_search),
 )
 
 

@@ -1,6 +1,7 @@
 """`bt-mission doctor` names what is missing, and goes on after it."""
 
 import io
+import sqlite3
 
 import pytest
 import rclpy
@@ -91,6 +92,26 @@ def test_without_a_compiler_only_installing_is_in_the_way(tmp_path):
         "warning",
         "needed for installation: apt install g++",
     )
+
+
+def test_sqlite_without_full_text_search_is_a_warning(monkeypatch):
+    """Pages can still be read by their names."""
+    assert doctor.full_text_search().state == "ok"
+    connect = sqlite3.connect
+
+    def without_fts5(path):
+        database = connect(path)
+        database.set_authorizer(
+            lambda action, *_: (
+                sqlite3.SQLITE_DENY if action == sqlite3.SQLITE_CREATE_VTABLE else sqlite3.SQLITE_OK
+            )
+        )
+        return database
+
+    monkeypatch.setattr("sqlite3.connect", without_fts5)
+    finding = doctor.full_text_search()
+    assert finding.state == "warning"
+    assert "`bt-mission docs PAGE` works without it" in finding.remedy
 
 
 def test_packages_that_are_absent_are_named():
