@@ -127,12 +127,19 @@ class Wait(Leaf):
         return (self._until_ns - self._runtime.now_ns) / NS
 
 
+MOST_LOGGED = 1_000
+"""Characters of a log line; a list of pictures in it would flood the terminal."""
+
+
 class Log(Leaf):
     """Logs a line for viewers, and succeeds."""
 
     def update(self) -> Status:
-        """Log the line."""
-        self.feedback_message = str(self._values.resolve(self._node.message))
+        """Log the line, cut after `MOST_LOGGED` characters."""
+        line = str(self._values.resolve(self._node.message))
+        if len(line) > MOST_LOGGED:
+            line = f"{line[:MOST_LOGGED]} ... ({len(line):,} characters)"
+        self.feedback_message = line
         self._runtime.log(self.feedback_message)
         return Status.SUCCESS
 

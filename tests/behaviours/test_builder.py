@@ -56,6 +56,13 @@ def test_log_fills_in_variables(play: Any) -> None:
     assert run.logged == ["at 0.5 m/s, 1"]
 
 
+def test_a_long_line_is_cut_and_its_length_logged(play: Any) -> None:
+    """A list of pictures does not flood a terminal."""
+    run = play("  log: $word", f"mission: t\ninputs: {{word: {'x' * 1_001}}}")
+    run.tick()
+    assert run.logged == [f"{'x' * 1_000} ... (1,001 characters)"]
+
+
 def test_an_action_sends_its_resolved_goal(play: Any) -> None:
     """Expressions of the goal are evaluated when the leaf starts."""
     run = play("  turn: {angle: '$a * 2'}\n  timeout: 9", "mission: t\ninputs: {a: 45}")
