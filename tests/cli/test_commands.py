@@ -69,7 +69,7 @@ def test_an_unknown_name_is_answered_with_those_that_are_known(
 def test_a_folder_hides_no_mission_and_that_of_a_project_is_to_be_entered(
     cli: CommandLine,
 ) -> None:
-    """Who has just made a project is told so."""
+    """An error in a new project says so."""
     Path("square").mkdir()
     cli("check square")
     cli("new walker")

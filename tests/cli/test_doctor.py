@@ -1,4 +1,4 @@
-"""`bt-mission doctor` names what is missing, and goes on after it."""
+"""`bt-mission doctor` names what is missing, and continues."""
 
 import io
 import sqlite3

@@ -30,7 +30,7 @@ ANY_PORT = "--foxglove-port=0"
 
 @pytest.fixture
 def mission(tmp_path: Path) -> str:
-    """The file of a mission that does not end by itself."""
+    """The file of a mission that does not end."""
     path = tmp_path / "forever.yaml"
     path.write_text(FOREVER, encoding="utf-8")
     return str(path)

@@ -1,4 +1,4 @@
-"""What a command loads before it does anything: asked of a process of its own."""
+"""What a command loads before it does anything: asked of a separate process."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_help_of_a_command_loads_neither_ros_nor_the_simulation(
 
 
 def test_the_script_for_a_shell_knows_every_command() -> None:
-    """Each has a parser of its own then, in the order in which they are listed."""
+    """Each then has its own parser, in the order in which they are listed."""
     commands = load_commands(make_parser())
     assert list(commands.choices or ()) == list(COMMANDS)
     for name, first in commands.choices.items():

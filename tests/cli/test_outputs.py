@@ -64,7 +64,7 @@ def test_a_link_to_an_input_is_that_input(cli: CommandLine, link: object) -> Non
 
 
 def test_a_device_takes_several_outputs(cli: CommandLine) -> None:
-    """It is not a file: it is not overwritten, and has a name of its own."""
+    """It is not a file: it is not overwritten, and keeps its own name."""
     cli.write("m.yaml", MISSION)
     cli("run m.yaml --json --trace /dev/null --record /dev/null")
     cli("tree m.yaml --format dot -o /dev/null")

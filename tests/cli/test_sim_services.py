@@ -78,7 +78,7 @@ class Tool:
         return self.ask("SetSimulationState", state=SimulationState(state=state))
 
     def see_clocks(self, count: int) -> list[int]:
-        """Return so many new times on /clock, ns."""
+        """Return this number of new times on /clock, ns."""
         seen = len(self.clocks)
         while len(self.clocks) < seen + count:
             self.executor.spin_once(timeout_sec=10.0)
@@ -104,7 +104,7 @@ def tool(live_graph, monkeypatch) -> Iterator[Tool]:
 
 
 def test_a_reset_in_the_middle_of_a_mission_and_between_two(live_graph, tool):
-    """The goal under way ends with the reason, the mission goes on, and so does whoever watches."""
+    """The running goal ends with the reason, and the mission and its viewers continue."""
     simulator, servers = live_graph.robot("empty_arena", "waffle", "--no-camera", "--speed", "2")
     watch = live_graph.start("watch", "--plain")
     tool.wait()

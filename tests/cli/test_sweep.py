@@ -126,7 +126,7 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
 
 
 def test_ctrl_c_ends_it_with_what_is_there(tmp_path: Path) -> None:
-    """And the same command goes on."""
+    """The same command continues."""
     (tmp_path / "turns.yaml").write_text(TURNS)
     words = ("sweep", "turns.yaml", "--seeds", "400", "--workers", "1", "--record-worst", "0")
     here = os.getcwd()  # noqa: PTH109 - the folder of the process

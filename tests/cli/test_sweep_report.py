@@ -108,7 +108,7 @@ def test_a_scenario_as_a_file(tmp_path, capsys):
 
 
 def test_a_folder_without_results(tmp_path, capsys):
-    """Is told with its name."""
+    """The error has its name."""
     assert report(tmp_path) == 2
     assert "contains no results of a sweep" in capsys.readouterr().err
 
@@ -121,7 +121,7 @@ def test_a_file_that_is_no_result(tmp_path, capsys):
 
 
 def test_a_sweep_that_has_just_begun(tmp_path, capsys):
-    """There is nothing to tell yet, and it is told."""
+    """There are no results yet, and a message says so."""
     write_results(tmp_path / "r", [], origin()).close()
     assert report(tmp_path / "r") == 0
     assert "go: 0 of 0 succeeded" in capsys.readouterr().out

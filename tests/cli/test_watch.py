@@ -1,4 +1,4 @@
-"""``bt-mission watch`` as a process of its own, beside the one that it looks on at."""
+"""``bt-mission watch`` as a separate process, beside the process of the mission."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ tree:
 
 @pytest.fixture(scope="module")
 def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Popen[str]]:
-    """A mission that goes on and on, and may be looked on at."""
+    """A mission that runs for long, and is visible to other processes."""
     path = tmp_path_factory.mktemp("watched") / "drive.yaml"
     path.write_text(DRIVE, encoding="utf-8")
     arguments = ("run", str(path), "--visible", "--speed", "1", "--plain")

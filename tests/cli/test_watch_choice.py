@@ -13,7 +13,7 @@ from bt_mission.events.source import ListedExecutive
 
 
 class Watched:
-    """A graph in which executives come up late, on a clock of its own."""
+    """A graph in which executives come up late, on its own clock."""
 
     where = "a test"
 

@@ -109,7 +109,7 @@ def test_forks_are_offered_with_the_file_as_it_was_named(
 
     class Server:
         async def serve(self, until: Callable[[], bool]) -> None:
-            """Nobody looks on."""
+            """There are no viewers."""
 
     @contextmanager
     def server(_: argparse.Namespace, page: str) -> Iterator[Server]:

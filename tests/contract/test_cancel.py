@@ -54,7 +54,7 @@ def test_cancel_after_the_end_changes_nothing(bench):
 
 
 def test_cancel_of_an_unknown_goal_changes_nothing(bench, name):
-    """The goal that runs goes on."""
+    """The running goal continues."""
     sent = bench.send(name)
     bench.steps(5)
     stranger = type(sent.id)(uuid=[99] * 16)

@@ -1,4 +1,4 @@
-"""More than a server can do: it says no, and goes on."""
+"""A server rejects more goals than it can handle, and continues."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_so_many_requests_for_one_result_wait(bench: Any) -> None:
 
 
 def test_each_control_step_is_made_between_requests(bench: Any) -> None:
-    """A goal that drives goes on while others are rejected."""
+    """A driving goal continues while others are rejected."""
     driving = bench.send("turn")
     bench.steps(2)
     first = len(bench.commands)

@@ -33,7 +33,7 @@ def test_a_new_goal_of_any_server_replaces_the_one_that_drives(bench, old_name, 
 
 
 def test_a_new_goal_is_refused_where_that_is_the_rule(make_bench, driving):
-    """With on_new_goal: refuse, the first goes on; when it has ended, the next is accepted."""
+    """With on_new_goal: refuse, the first continues; after its end the next is accepted."""
     bench = make_bench(on_new_goal="refuse")
     bench.steps(2)
     old = bench.send(driving)
@@ -120,7 +120,7 @@ def test_feedback_belongs_to_its_goal(bench, name):
 
 
 def test_a_goal_id_is_used_once(bench, name):
-    """A second goal with the id of one that runs is rejected, and the first goes on."""
+    """A second goal with the id of a running goal is rejected, and the first continues."""
     first = bench.send(name)
     bench.steps(5)
     bench.repeat_the_last_id()

@@ -102,6 +102,6 @@ def test_a_file_brings_those_that_it_names_by_path() -> None:
 
 
 def test_a_file_that_is_no_yaml_has_no_others() -> None:
-    """Its place is told."""
+    """The error has its place."""
     with pytest.raises(InputError):
         files_of(write("torn.yaml", "mission: [\n"))

@@ -48,6 +48,6 @@ def test_a_yaw_that_is_set_is_read_again():
 
 
 def test_a_quaternion_beyond_all_numbers_has_no_angle():
-    """It is passed over like one that is none, instead of ending whoever reads it."""
+    """It is skipped like an invalid one, and the reader continues."""
     rotation = SimpleNamespace(x=0.0, y=0.0, z=1e200, w=1e200)
     assert math.isnan(yaw_of(rotation))

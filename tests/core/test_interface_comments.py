@@ -1,4 +1,4 @@
-"""Comments of interface files, told apart into headings, units and words."""
+"""Comments of interface files, split into headings, units and words."""
 
 from __future__ import annotations
 

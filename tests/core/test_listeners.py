@@ -1,4 +1,4 @@
-"""Callables that are told what happens."""
+"""Callables that are called when something happens."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def test_what_is_loaded_is_taken_for_permanent() -> None:
 
 
 def test_a_process_of_others_is_left_alone() -> None:
-    """A test or a notebook that runs missions decides by itself."""
+    """A test or a notebook that runs missions decides alone."""
     before = gc.get_freeze_count(), gc.get_threshold()
     settle_memory()
     assert (gc.get_freeze_count(), gc.get_threshold()) == before

@@ -17,7 +17,7 @@ def test_without_a_profile_nothing_is_drawn():
 
 
 def test_a_draw_follows_from_seed_and_name_alone():
-    """Each quantity and each robot has a generator of its own."""
+    """Each quantity and each robot has its own generator."""
     drawn = USUAL.drawn(3)
     assert drawn == USUAL.drawn(3)
     assert set(drawn) == set(BY_NAME)

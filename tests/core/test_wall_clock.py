@@ -64,7 +64,7 @@ def test_a_short_delay_is_caught_up_with(due):
 
 
 def test_a_long_delay_is_given_up(due):
-    """After 3 s of standstill only a tenth of a second follows at once, and pacing starts anew.
+    """After 3 s of standstill only a tenth of a second follows at once, and pacing starts again.
 
     A command holds for two tenths: what drives the robot is heard again before it brakes.
     """
@@ -96,7 +96,7 @@ def test_a_new_speed_holds_from_here_on(wall, due):
 
 
 def test_shortfall_is_told_once_a_window(wall, due):
-    """Of 10 s only 5.1 s could be kept: speed 0.51, told once, and not for a hiccup."""
+    """Of 10 s only 5.1 s could be kept: speed 0.51, reported once, and not for a short delay."""
     pacer, due_at = due()
     due_at(105 * S, 1 * S)
     assert pacer.shortfall() is None

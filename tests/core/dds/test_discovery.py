@@ -10,7 +10,7 @@ from bt_mission.core.dds.discovery import RANGE, isolate, restrict_discovery
 
 
 def test_where_nothing_is_said_it_is_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """And whoever started the process is told, with the way out."""
+    """A message says so, and how to change it."""
     monkeypatch.setenv(RANGE, "")
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
     output = restrict_discovery(network=False)

@@ -1,4 +1,4 @@
-"""Robot models: the shipped numbers, and what a wrong file is told."""
+"""Robot models: the shipped numbers, and the errors of a wrong file."""
 
 import math
 
@@ -69,7 +69,7 @@ def test_unknown_robot_lists_the_known_ones():
 
 
 def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
-    """A key nobody knows, a text for a number and a negative rate are told at once."""
+    """An unknown key, a text for a number and a negative rate are reported together."""
     good = text_of("waffle").replace("rays: 360", "rays: many")
     bad = good.replace("wheel_radius: 0.033", "wheel_radius: -0.033").replace(
         "name: waffle", "name: waffle\ncolour: red"

@@ -118,7 +118,7 @@ def test_a_number_of_a_million_digits_is_refused_unread():
 
 
 def test_several_faults_are_told_at_once():
-    """The reader goes on after what it can pass over."""
+    """The reader continues after a mistake that it can skip."""
     assert [line for line, _, _ in refused("a: .nan\na: 1\n3: !t x\n")] == [1, 2, 3, 3]
 
 
