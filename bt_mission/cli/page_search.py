@@ -11,6 +11,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from bt_mission.cli.pages import Page, Section, lines_of
+from bt_mission.core.errors import BtMissionError
 
 _PAGES = "CREATE VIRTUAL TABLE pages USING fts5(title, about, headings, prose, code, {})"
 _PAGE_RANK = "bm25(pages, 8, 8, 4, 1, 0.2)"
@@ -33,14 +34,25 @@ class PageIndex:
 
     Args:
         pages: The pages.
+
+    Raises:
+        BtMissionError: SQLite has no FTS5 here.
     """
 
     def __init__(self, pages: Iterable[Page]) -> None:
         self._pages = list(pages)
         self._sections: list[Section] = []
         self._database = sqlite3.connect(":memory:")
-        self._database.execute(_PAGES.format(_WORDS))
-        self._database.execute(_SECTIONS.format(_WORDS))
+        try:
+            self._database.execute(_PAGES.format(_WORDS))
+            self._database.execute(_SECTIONS.format(_WORDS))
+        except sqlite3.DatabaseError as error:
+            self.close()
+            raise BtMissionError(
+                f"the search needs SQLite with FTS5 ({error}); `bt-mission docs` lists all pages, "
+                "and `bt-mission docs PAGE` shows one",
+                code="BT-905",
+            ) from error
         for number, page in enumerate(self._pages):
             self._add(number, page)
 

@@ -12,6 +12,8 @@ from rich.console import Console
 
 from bt_mission.cli import doctor
 from bt_mission.cli.doctor import CheckResult, DoctorCheck
+from bt_mission.cli.page_search import PageIndex
+from bt_mission.core.errors import BtMissionError
 
 
 def _report(*checks):
@@ -112,6 +114,8 @@ def test_sqlite_without_full_text_search_is_a_warning(monkeypatch):
     finding = doctor.full_text_search()
     assert finding.state == "warning"
     assert "`bt-mission docs PAGE` works without it" in finding.remedy
+    with pytest.raises(BtMissionError, match="`bt-mission docs PAGE` shows one"):
+        PageIndex([])
 
 
 def test_packages_that_are_absent_are_named():
