@@ -48,6 +48,8 @@ def convert(options: argparse.Namespace) -> int:
     else:
         refuse_overwritten(options, [] if file is None else files_of(file))
         write_output(options.output, text.encode())
+        if options.output.suffix != ".xml":
+            print(f"next: bt-mission check {options.output}")
     return SUCCESS
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -41,7 +42,8 @@ def edit(options: argparse.Namespace) -> int:
     from bt_mission.editing.vocabulary import kinds
     from bt_mission.views.web.edit.workspace import Workspace
 
-    kinds()  # reads the types of all actions, once
+    print("reading the types of all actions ...", file=sys.stderr)
+    kinds()
 
     with InterruptSignals() as leaving, edit_server(options, Workspace(path)) as server:
         asyncio.run(server.serve(lambda: leaving.count > 0))

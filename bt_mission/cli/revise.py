@@ -40,6 +40,7 @@ def revise(options: argparse.Namespace) -> int:
     with ExecutiveDirectory() as graph:
         executive = look_for(graph, options)
         if executive is None:  # the reason was printed
+            print("Only missions that run with --editable can be changed", file=sys.stderr)
             return _refused(options, f"{options.executive} was not found")
         answer = graph.revise(executive.name, _request(mission, options), ANSWER_S)
     if answer is None:

@@ -52,7 +52,7 @@ def looked(
             return float(graph.now_s - self._start_s)
 
     monkeypatch.setattr(wall_clock, "Stopwatch", Since)
-    watch._look_for(graph, argparse.Namespace(executive=name, wait=wait_s))
+    watch.look_for(graph, argparse.Namespace(executive=name, wait=wait_s))
     return str(graph.attached)
 
 

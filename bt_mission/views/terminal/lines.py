@@ -35,6 +35,7 @@ class ControlLines:
     def __init__(self, executive: Executive) -> None:
         self._executive = executive
         self._steps = executive.steps
+        self._revisions = executive.revisions
         self._pause = ""
         self._breakpoints: tuple[str, ...] = ()
 
@@ -48,6 +49,9 @@ class ControlLines:
         for name in before:
             if name not in self._breakpoints:
                 yield f"breakpoint removed from '{executive.breakpoints.node_name(name)}'"
+        if executive.revisions != self._revisions:
+            self._revisions = executive.revisions
+            yield f"mission revised ({self._revisions})"
         if executive.steps != self._steps:
             self._steps = executive.steps
             yield "mission stepped"

@@ -26,8 +26,11 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.revision import revise
 from bt_mission.executive.trace import Trace
 from bt_mission.executors.process import RobotNode, RobotNodeOptions
+from bt_mission.language.mission import Mission
+from bt_mission.language.revision import Revision
 from bt_mission.ros.control_services import MOST_BREAKPOINTS, ControlServices
 from bt_mission.sessions.served_missions import ServedMissions
 from tests.support.fuzz.finding import Case, Finding, Verdict, crash
@@ -146,7 +149,12 @@ class Play:
         self.node = _Node()
         self.executive: Executive | None = None
         self.graph: Graph | None = None
-        self.controls = ControlServices(self.node, lambda: self.executive)  # type: ignore[arg-type]
+        self.mission: Mission | None = None
+        self.controls = ControlServices(
+            self.node,  # type: ignore[arg-type]
+            lambda: self.executive,
+            self._revise,
+        )
         self.served = ServedMissions(
             (Path("served").resolve(),) if self.program.chance(0.8) else (),
             allow_text=self.program.chance(0.8),
@@ -167,11 +175,29 @@ class Play:
 
     def _begin(self) -> str:
         self._settle()
-        mission = self.program.pick(missions())
+        mission = self.mission = self.program.pick(missions())
         self.graph = Graph(Scope(dict(mission.inputs), 1), Random(self.program.byte()))
         self.executive = Executive(build_tree(mission, self.graph.scope), self.graph, Trace())
         self.controls.begin(self.executive)
         return "a mission begins"
+
+    def _revise(self, request: Any) -> Revision:
+        assert self.executive is not None
+        assert self.graph is not None
+        assert self.mission is not None
+
+        def accept(mission: Mission) -> None:
+            self.mission = mission
+
+        return revise(
+            self.executive,
+            self.graph,
+            self.mission,
+            self.program.pick(missions()),
+            accept=accept,
+            dry_run=request.dry_run,
+            keep_goals=request.keep_goals,
+        )
 
     def _tick(self) -> str:
         if self.executive is None or self.graph is None:
@@ -198,6 +224,8 @@ class Play:
         kind, callback = self.node.services[name]
         request = kind.Request()
         for part in request.get_fields_and_field_types():
+            if isinstance(getattr(request, part), list):
+                continue
             is_text = isinstance(getattr(request, part), str)
             value = self.program.pick(NAMES) if is_text else self.program.chance(0.5)
             setattr(request, part, value)
