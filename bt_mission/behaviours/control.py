@@ -267,7 +267,8 @@ class Timeout(HookedDecorator):
     """
 
     _limit_s = 0.0
-    _until_ns = 0
+    due_ns = 0
+    """The instant at which its child is halted."""
     _runtime: Runtime
 
     def setup(self, **kwargs: Any) -> None:
@@ -277,35 +278,30 @@ class Timeout(HookedDecorator):
     def initialise(self) -> None:
         """Fix the deadline."""
         self._limit_s = self._values.number(self._node.seconds, LIMIT)
-        self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
+        self.due_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
         """Return the remaining time and the whole time."""
-        return {"left_ns": self._until_ns - now_ns, "limit_s": self._limit_s}
+        return {"left_ns": self.due_ns - now_ns, "limit_s": self._limit_s}
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Restore the remaining time."""
-        self._until_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
+        self.due_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
 
     def why_over(self) -> str:
         """Return why the child must end now; empty if it may run."""
-        is_over = self._runtime.now_ns >= self._until_ns
+        is_over = self._runtime.now_ns >= self.due_ns
         return f"'{self.name}': not done within {self._limit_s:g} s" if is_over else ""
 
     def read_again(self) -> None:
         """Take the limit of a new version of the node; the time so far counts."""
-        started_ns = self._until_ns - round(self._limit_s * NS)
+        started_ns = self.due_ns - round(self._limit_s * NS)
         self._limit_s = self._values.number(self._node.seconds, LIMIT)
-        self._until_ns = started_ns + round(self._limit_s * NS)
-
-    @property
-    def due_ns(self) -> int:
-        """The instant at which its child is halted."""
-        return self._until_ns
+        self.due_ns = started_ns + round(self._limit_s * NS)
 
     def update(self) -> Status:
         """Look at the ROS clock after the child was ticked."""
-        left_s = (self._until_ns - self._runtime.now_ns) / NS
+        left_s = (self.due_ns - self._runtime.now_ns) / NS
         self.feedback_message = ""
         if self.decorated.status is not Status.RUNNING:
             return self.decorated.status

@@ -91,25 +91,21 @@ class Wait(Leaf):
     """Runs for a time of the ROS clock, then succeeds."""
 
     _wait_s = 0.0
-    _until_ns = 0
+    due_ns = 0
+    """The instant at which it ends."""
 
     def initialise(self) -> None:
         """Fix the end."""
         self._wait_s = self._values.number(self._node.seconds, SECONDS)
-        self._until_ns = self._runtime.now_ns + round(self._wait_s * NS)
+        self.due_ns = self._runtime.now_ns + round(self._wait_s * NS)
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
         """Return the remaining time of the wait."""
-        return {"left_ns": self._until_ns - now_ns}
+        return {"left_ns": self.due_ns - now_ns}
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Wait for the remaining time."""
-        self._until_ns = now_ns + state["left_ns"]
-
-    @property
-    def due_ns(self) -> int:
-        """The instant at which it ends."""
-        return self._until_ns
+        self.due_ns = now_ns + state["left_ns"]
 
     def update(self) -> Status:
         """Look at the ROS clock."""
@@ -124,7 +120,7 @@ class Wait(Leaf):
 
     @property
     def _left_s(self) -> float:
-        return (self._until_ns - self._runtime.now_ns) / NS
+        return (self.due_ns - self._runtime.now_ns) / NS
 
 
 MOST_LOGGED = 1_000

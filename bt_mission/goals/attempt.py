@@ -171,6 +171,12 @@ class Attempt:
         """Why it has asked for its own goal to be cancelled; None where it has not."""
         return self._cause
 
+    def move_goal_limit(self, due_ns: int) -> None:
+        """Have the limit of an accepted goal be over at another instant, ns."""
+        assert self._limits.goal is not None
+        self._accepted_ns = due_ns - math.ceil(self._limits.goal * NS)
+        self._due_ns = min(self._due_ns, due_ns)
+
     def poll(self, now_ns: int) -> AttemptResult | None:
         """Advance; return the result once the attempt has ended."""
         if self.ending is None:

@@ -21,7 +21,6 @@ from bt_mission.behaviours.decorators import Repeat, Retry
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Set, Wait
 from bt_mission.behaviours.runtime import MissionFailure
-from bt_mission.core.stamps import NS
 from bt_mission.language.expressions.expression import draws
 from bt_mission.language.nodes.fields import TIMES
 
@@ -59,25 +58,19 @@ def lone_leaves(nodes: Iterable[Behaviour]) -> set[Behaviour]:
     }
 
 
-def keep_open(node: Loose, now_ns: int) -> None:
+def keep_open(node: Loose) -> None:
     """Put the abstract deadline of a running node off; called behind each tick."""
-    if not isinstance(node, ActionLeaf):
-        node._until_ns = NEVER_NS  # noqa: SLF001
-    elif is_limited(node):
-        assert node.attempt is not None
-        node.attempt._accepted_ns = now_ns  # noqa: SLF001
+    if is_limited(node):
+        meet(node, NEVER_NS)
 
 
 def meet(node: Loose, at_ns: int) -> None:
     """Have the abstract deadline of a running node met at an instant."""
-    if not isinstance(node, ActionLeaf):
-        node._until_ns = at_ns  # noqa: SLF001
-        return
-    attempt = node.attempt
-    assert attempt is not None
-    assert attempt._limits.goal is not None  # noqa: SLF001
-    attempt._accepted_ns = at_ns - math.ceil(attempt._limits.goal * NS)  # noqa: SLF001
-    attempt._due_ns = at_ns  # noqa: SLF001
+    if isinstance(node, ActionLeaf):
+        assert node.attempt is not None
+        node.attempt.move_goal_limit(at_ns)
+    else:
+        node.due_ns = at_ns
 
 
 def is_limited(node: Loose) -> bool:

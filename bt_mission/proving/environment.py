@@ -483,8 +483,7 @@ class Environment:
         self.executive.tick()
         self.requirements.step(self.now_ns)
         for node in self._loose:
-            if node.status is Status.RUNNING:
-                keep_open(node, self.now_ns)
+            keep_open(node)
         for server in self._goal_servers.values():
             server.adopt(self._action_leaves)
         self._moment.untimed = self._untimed_key()

@@ -89,6 +89,9 @@ class GoalServer:
         self.is_away = False
         self.is_lost = False
         """Has it gone since the last tick? Its attempts notice that in the next one."""
+        self.on_answer: Callable[[Goal, Event | GoalStatus | None, Any], None] = _ignore
+        """Called before a goal takes an answer: an event; the status and message of its result;
+        or None and feedback."""
 
     # ---- what the attempts and the ledger call ----------------------------------------------
 
@@ -157,7 +160,7 @@ class GoalServer:
             if condition is not None:
                 kind, variables = self._type.Feedback, values.scope.values
                 fields = self._cases.message_that(condition, kind, variables, holds=False)
-            served.goal.on_feedback(self._cases.message(self._type.Feedback, fields or {}))
+            self._feed(served, fields or {})
 
     def refuse_again(self) -> None:
         """Refuse the cancels of goals whose server refuses every cancel."""
@@ -225,14 +228,14 @@ class GoalServer:
     def accept(self, served: ServedGoal) -> None:
         """Accept the goal."""
         served.stage = "working"
-        served.goal.on(Event.ACCEPTED)
+        self._pass_event(served, Event.ACCEPTED)
 
     late_accept = accept
 
     def reject(self, served: ServedGoal) -> None:
         """Reject it."""
         served.stage = "over"
-        served.goal.on(Event.REJECTED)
+        self._pass_event(served, Event.REJECTED)
 
     def no_answer(self, served: ServedGoal) -> None:
         """Answer nothing."""
@@ -247,7 +250,7 @@ class GoalServer:
     def refuse_cancel(self, served: ServedGoal) -> None:
         """Refuse this cancel and every later one."""
         served.refuses, served.is_cancel_open = True, False
-        served.goal.on(Event.CANCEL_REFUSED)
+        self._pass_event(served, Event.CANCEL_REFUSED)
 
     def ignore_cancel(self, served: ServedGoal) -> None:
         """Answer no cancel."""
@@ -259,7 +262,18 @@ class GoalServer:
 
     def _end(self, served: ServedGoal, status: GoalStatus, fields: Mapping[str, Any]) -> None:
         served.stage = "over"
-        served.goal.on_result(status, self._cases.message(self._type.Result, fields))
+        result = self._cases.message(self._type.Result, fields)
+        self.on_answer(served.goal, status, result)
+        served.goal.on_result(status, result)
+
+    def _pass_event(self, served: ServedGoal, event: Event) -> None:
+        self.on_answer(served.goal, event, None)
+        served.goal.on(event)
+
+    def _feed(self, served: ServedGoal, fields: Mapping[str, Any]) -> None:
+        feedback = self._cases.message(self._type.Feedback, fields)
+        self.on_answer(served.goal, None, feedback)
+        served.goal.on_feedback(feedback)
 
     def _results(self, served: ServedGoal) -> list[tuple[dict[str, Any], str]]:
         """Return the results that a mission can tell apart, each with words for it."""
@@ -297,9 +311,13 @@ class GoalServer:
 
         def feed() -> None:
             served.feedback = repr(given)
-            served.goal.on_feedback(self._cases.message(self._type.Feedback, given))
+            self._feed(served, given)
 
         yield self._option(row, feed)
+
+
+def _ignore(_goal: Goal, _answer: Event | GoalStatus | None, _message: Any) -> None:
+    """Note no answer."""
 
 
 _STATUSES = {

@@ -135,8 +135,10 @@ class Played:
             entry.was_canceling, entry.is_asked = is_canceling, True
         for goal in environment.ledger.open_goals:
             if id(goal) not in self._known:
-                self._watch(goal)
+                entry = self._known[id(goal)] = PlayedGoal(goal.goal_client.name, goal)
+                self.goals.append(entry)
         for server in environment.goal_servers:
+            server.on_answer = self._note_answer
             self._note_presence(server)
             self._note_silence(server)
 
@@ -150,26 +152,16 @@ class Played:
             self._service_faults.append(f"at {begin:g}: {fault.format(name)} lasting 0.05")
         return True
 
-    def _watch(self, goal: Goal) -> None:
-        entry = self._known[id(goal)] = PlayedGoal(goal.goal_client.name, goal)
-        entry.is_asked = False
-        self.goals.append(entry)
-        plain = goal.on, goal.on_result, goal.on_feedback
-
-        def on(event: Event) -> None:
-            self._note_event(entry, event)
-            plain[0](event)
-
-        def on_result(status: int, result: Any) -> None:
-            self._note_result(entry, status, result)
-            plain[1](status, result)
-
-        def on_feedback(feedback: Any) -> None:
-            self._note_feedback(entry, feedback)
-            plain[2](feedback)
-
-        for method in (on, on_result, on_feedback):
-            setattr(goal, method.__name__, method)
+    def _note_answer(self, goal: Goal, answer: Event | GoalStatus | None, message: Any) -> None:
+        entry = self._known.get(id(goal))
+        if entry is None:
+            return
+        if isinstance(answer, Event):
+            self._note_event(entry, answer)
+        elif answer is None:
+            self._note_feedback(entry, message)
+        else:
+            self._note_result(entry, answer, message)
 
     def _since(self, entry: PlayedGoal) -> float:
         """Return when an answer comes that the next tick sees, s since the goal was sent."""
@@ -185,10 +177,10 @@ class Played:
                 del entry.written["answer"]
                 entry.written["answer_after"] = self._since(entry)
 
-    def _note_result(self, entry: PlayedGoal, status: int, result: Any) -> None:
+    def _note_result(self, entry: PlayedGoal, status: GoalStatus, result: Any) -> None:
         if entry.goal.phase is Phase.ENDED:
             return
-        end = ENDS[GoalStatus(status)]
+        end = ENDS[status]
         is_reply = entry.goal.phase is Phase.CANCELING and "cancel" not in entry.written
         if is_reply:
             entry.written |= {"end": "never", "cancel": "confirm" if end == "cancel" else end}

@@ -165,6 +165,20 @@ def test_timeout(server: Any) -> None:
     assert run.attempt.ending.result == "partial"
 
 
+@pytest.mark.parametrize("seconds", [0.1, 40])
+def test_the_limit_of_a_goal_is_moved(server: Any, seconds: float) -> None:
+    """It is over at the new instant, whether that is earlier or later."""
+    run = Run(server, goal=2)
+    accepted(run, server)
+    due_ns = run.now + round(seconds * S)
+    run.attempt.move_goal_limit(due_ns)
+    assert run.attempt.limits_due == {"goal": due_ns}
+    assert run.tick(seconds - 0.05) is None
+    assert server.cancels == []
+    run.tick()
+    assert server.cancels == [server.goal]
+
+
 def test_a_result_that_arrives_with_the_deadline_wins(server: Any) -> None:
     """Result first, then the condition, then the limits."""
     run = Run(server, goal=30)
