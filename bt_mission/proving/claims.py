@@ -41,6 +41,7 @@ class Broken:
         text: In a sentence.
         requirement: The name of a requirement; "" where none is violated.
         state: Where it shows.
+        nodes: The names of the nodes that it is about; none for those that run where it shows.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Broken:
     text: str
     state: int = -1
     requirement: str = ""
+    nodes: tuple[str, ...] = ()
     needs_fault: bool = False
     """Does it show only where a fault may still happen?"""
 
@@ -96,7 +98,9 @@ class Claims:
         unset = _NO_VALUE.search(executive.reason)
         name = "unset_variable" if unset else "unhandled"
         about = unset[1] if unset else executive.reason
-        yield Broken(name, about, "", f"the mission ends: {executive.reason}")
+        named = (node.name for node in executive.nodes)
+        nodes = tuple(node for node in named if f"'{node}'" in executive.reason)
+        yield Broken(name, about, "", f"the mission ends: {executive.reason}", nodes=nodes)
 
     def finish(self, explored: Explored) -> None:
         """Look at the whole, once every state was visited."""
@@ -121,15 +125,18 @@ def _states_broken(environment: Environment) -> Iterator[Broken]:
     """Yield the properties that a state breaks."""
     driving = environment.open_at_base
     if len(driving) > 1:
-        names = " and ".join(driving)
+        actions = [action for action, _ in driving]
         yield Broken(
             "one_goal_at_the_base",
-            " ".join(sorted(driving)),
+            " ".join(sorted(actions)),
             "",
-            f"{names} have open goals at the base at the same time",
+            f"{' and '.join(actions)} have open goals at the base at the same time",
+            nodes=tuple(owner for _, owner in driving),
         )
-    for goal in environment.unaccounted:
-        yield Broken("goals_accounted", goal, "", f"the goal of {goal} is not in the ledger")
+    for action, owner in environment.unaccounted:
+        goal = f"{owner} at {action}"
+        text = f"the goal of {goal} is not in the ledger"
+        yield Broken("goals_accounted", goal, "", text, nodes=(owner,))
     for leaf in environment.silent_leaves:
         text = f"'{leaf.name}' has no limit: it waits for ever where no answer comes"
         yield Broken("ends", leaf.name, leaf.name, text, needs_fault=True)

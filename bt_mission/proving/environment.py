@@ -512,10 +512,10 @@ class Environment:
     # ---- the state --------------------------------------------------------------------------
 
     @property
-    def open_at_base(self) -> list[str]:
-        """The actions at which the base has an open goal, as its servers see it."""
+    def open_at_base(self) -> list[tuple[str, str]]:
+        """The open goals at the base, as its servers see it: their actions and leaves."""
         return [
-            server.name
+            (server.name, served.goal.owner)
             for server in self._goal_servers.values()
             if server.moves_base
             for served in server.goals
@@ -523,11 +523,11 @@ class Environment:
         ]
 
     @property
-    def unaccounted(self) -> list[str]:
-        """Goals that a server works on and that the ledger does not hold."""
+    def unaccounted(self) -> list[tuple[str, str]]:
+        """Goals that a server works on and that the ledger does not hold: actions and leaves."""
         held = self.ledger.open_goals
         return [
-            f"{served.goal.owner} at {server.name}"
+            (server.name, served.goal.owner)
             for server in self._goal_servers.values()
             for served in server.goals
             if served.is_live and not any(goal is served.goal for goal in held)

@@ -105,6 +105,7 @@ class Finding:
     Attributes:
         property: One of ``PROPERTIES``.
         node: The node to blame; "" for none.
+        nodes: The paths of the nodes that it is about.
         requirement: The requirement that is violated; "" for none.
         steps: What happens, a line for each answer.
         way: The script of each step.
@@ -118,6 +119,7 @@ class Finding:
     steps: tuple[str, ...]
     way: tuple[Script, ...] = ()
     requirement: str = ""
+    nodes: tuple[str, ...] = ()
     broken: Broken | None = None
     stage: StageRun | None = None
 
@@ -127,6 +129,7 @@ class Finding:
         return {
             "property": self.property,
             "node": self.node or None,
+            "nodes": list(self.nodes),
             "requirement": self.requirement or None,
             "text": self.text,
             "steps": list(self.steps),
@@ -386,8 +389,26 @@ def _finding(
         raise DivergedError
     name = name_of(broken, steps)
     return Finding(
-        name, broken.node, broken.text, tuple(steps), tuple(way), broken.requirement, broken
+        name,
+        broken.node,
+        broken.text,
+        tuple(steps),
+        tuple(way),
+        broken.requirement,
+        _paths(_nodes_of(broken, environment), environment),
+        broken,
     )
+
+
+def _nodes_of(broken: Broken, environment: Environment) -> list[str]:
+    """Return the names of the nodes that a finding is about, where it shows."""
+    running = [leaf.name for leaf in environment.executive.running_leaves]
+    return list(broken.nodes) or list(filter(None, [broken.node])) or running
+
+
+def _paths(names: Sequence[str], environment: Environment) -> tuple[str, ...]:
+    executive = environment.executive
+    return tuple(executive.path_of(node) for node in executive.nodes if node.name in names)
 
 
 def _steps_to(
@@ -413,6 +434,12 @@ def _dead_nodes(
         return []
     bound = "" if faults == UNBOUNDED else f" with at most {faults:g} faults"
     return [
-        Finding("dead_node", name, f"no way{bound} enters '{name}'", ())
+        Finding(
+            "dead_node",
+            name,
+            f"no way{bound} enters '{name}'",
+            (),
+            nodes=_paths([name], environment),
+        )
         for name in claims.never_entered(environment)
     ]

@@ -118,11 +118,12 @@ def test_the_output_of_a_goal_without_a_result_is_found() -> None:
         "  sequence:\n"
         "    - fallback:\n"
         "        - {turn: {angle: 90}, timeout: 9, outputs: {error_code: code}}\n"
-        "        - log: no turn\n"
+        "        - {log: no turn, name: unturned}\n"
         "    - log: $code"
     )
     assert [entry.property for entry in proof.findings] == ["unset_variable"]
     assert proof.findings[0].steps == ("/turn rejects the goal",)
+    assert proof.findings[0].nodes == ("0.1",)
 
 
 def test_two_drives_in_parallel_are_found() -> None:
@@ -130,6 +131,7 @@ def test_two_drives_in_parallel_are_found() -> None:
     proof = proof_of(f"  parallel:\n    - {TURN}\n    - {MOVE}", faults=0)
     assert collected(proof) == [("one_goal_at_the_base", "")]
     assert proof.findings[0].steps == ("/turn accepts the goal", "/move accepts the goal")
+    assert proof.findings[0].as_dict()["nodes"] == ["0.0", "0.1"]
 
 
 def test_a_refused_cancel_before_the_next_drive_is_found() -> None:

@@ -73,6 +73,7 @@ function showState() {
 function changed(isAct) {
   clearTimeout(checkTimer);
   checkTimer = setTimeout(check, isAct ? 0 : CHECK_MS);
+  if (drawing.findings.size) drawing.tell({ findings: new Map() });
   showState();
 }
 
@@ -250,6 +251,8 @@ async function openFile(name) {
   const opened = await ask("open", { name });
   if (opened.error) { refuse(opened.error); byId("files").value = at.name; return; }
   for (const one of [...byId("banners").children]) one.remove();
+  byId("proof").hidden = true;
+  drawing.findings = new Map();
   Object.assign(at, { name, base: opened.text, leads: true, marks: [], isConflict: false });
   text.open(name, opened.text);
   text.setEditable(true);
@@ -353,7 +356,8 @@ function listen() {
   byId("files").addEventListener("change", () => openFile(byId("files").value));
   byId("run").addEventListener("click", () => runs.start(at.name, text.text).catch((error) => connected(error.message, true)));
   byId("apply").addEventListener("click", () => apply().catch((error) => refuse(error.message)));
-  byId("prove").addEventListener("click", startProof);
+  byId("prove").addEventListener("click", () => startProof().catch((error) => connected(error.message, true)));
+  byId("close-proof").addEventListener("click", closeProof);
   byId("problems").addEventListener("click", () => {
     const list = byId("problem-list");
     list.hidden = !list.hidden || !at.marks.length;
@@ -393,26 +397,44 @@ async function apply() {
 
 async function startProof() {
   const button = byId("prove");
+  const written = text.text;
+  const keys = runPaths(drawing);
   button.disabled = true;
   button.textContent = "Proving…";
   try {
-    await prove(at.name, text.text, showProof);
+    await prove(at.name, written, (result, said) => showProof(result, said, written, keys));
   } finally {
     button.disabled = false;
     button.textContent = "Prove";
   }
 }
 
-function showProof(result, said) {
+// Shows the findings below the drawing, and their numbers at the nodes of the text that was proved.
+function showProof(result, said, written, keys) {
   if (!result) { openWindow("The proof did not start", [element("pre", "", said.join("\n"))], []); return; }
   const findings = new Map();
-  for (const one of result.findings) {
-    for (const box of drawing.boxes) if (box.name && one.node && one.node === box.name) findings.set(keyOf(box.path), (findings.get(keyOf(box.path)) ?? 0) + 1);
+  for (const node of result.findings.flatMap((one) => one.nodes)) {
+    const key = keys.get(node);
+    if (key && text.text === written) findings.set(key, (findings.get(key) ?? 0) + 1);
   }
   drawing.tell({ findings });
+  const boxOf = (node) => drawing.byKey.get(keys.get(node));
+  const names = new Map([...keys.keys()].map((node) => [node, boxOf(node)?.name || boxOf(node)?.kind || node]));
   const whole = result.exhaustive ? "Every answer was explored." : `Not every answer was explored: ${result.why_not.join("; ")}.`;
   const count = result.findings.length;
-  openWindow(count ? `${count} ${count > 1 ? "findings" : "finding"}` : "No findings", [element("p", "", `${whole} ${result.states} states.`), findingList(result)], []);
+  byId("proof-title").textContent = count ? `${count} ${count > 1 ? "findings" : "finding"}` : "No findings";
+  byId("proof-scope").textContent = `${whole} ${result.states} states.`;
+  byId("proof-list").replaceChildren(findingList(result, (node) => names.get(node) ?? node, (node) => {
+    if (text.text === written) drawing.choose(boxOf(node));
+    else refuse("The text has changed since this proof: prove it again.");
+  }));
+  byId("proof").hidden = false;
+}
+
+function closeProof() {
+  byId("proof").hidden = true;
+  drawing.tell({ findings: new Map() });
+  byId("drawing").focus();
 }
 
 async function begin() {

@@ -104,11 +104,19 @@ export async function prove(name, text, show) {
   show(proof.result, proof.lines);
 }
 
-export function findingList(result) {
-  const list = element("ol", "findings");
-  for (const one of result.findings) {
-    const steps = element("details", "", element("summary", "", `${one.steps.length} steps`), element("ol", "", ...one.steps.map((step) => element("li", "", step))));
-    list.append(element("li", "", element("b", "", one.text), steps));
-  }
-  return list;
+// The findings: one that opens selects its first node, and shows its steps.
+export function findingList(result, nameOf, select) {
+  return element("ul", "findings", ...result.findings.map((one) => {
+    const places = one.nodes.length > 1 ? one.nodes.map((node) => {
+      const go = element("button", "", nameOf(node));
+      go.type = "button";
+      go.addEventListener("click", () => select(node));
+      return go;
+    }) : [];
+    const steps = one.steps.length ? one.steps.map((step) => element("li", "", step)) : [element("li", "", "at once")];
+    const details = element("details", "", element("summary", "", one.text), element("div", "bar", ...places), element("ol", "", ...steps));
+    details.name = "finding";
+    details.addEventListener("toggle", () => { if (details.open && one.nodes.length) select(one.nodes[0]); });
+    return element("li", "", details);
+  }));
 }

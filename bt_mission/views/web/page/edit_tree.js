@@ -139,7 +139,7 @@ export class Drawing {
     group.setAttribute("aria-level", box.depth + 1);
     group.setAttribute("aria-selected", key === this.selected);
     if (children.length) group.setAttribute("aria-expanded", !this.folded.has(key));
-    group.setAttribute("aria-label", [title, box.kind, box.detail, severity ?? "", status ?? ""].filter(Boolean).join(", "));
+    group.setAttribute("aria-label", [title, box.kind, box.detail, severity ?? "", status ?? "", finding ? `findings: ${finding}` : ""].filter(Boolean).join(", "));
     group.setAttribute("class", ["node", box.family, box.is_empty && "is-empty", severity && `has-${severity}`,
       status && `ran-${status}`, key === this.marked && "is-marked"].filter(Boolean).join(" "));
     group.append(

@@ -59,6 +59,14 @@ tree:
                 timeout: 30
               - log: no room to turn on
 """
+TWO_DRIVES = """\
+mission: two drives
+world: dqn_stage4
+tree:
+  parallel:
+    - {turn: {angle: 90}, timeout: 30}
+    - {move: {secs: 1}, timeout: 30}
+"""
 TEXT = "document.getElementById('text').shadowRoot"
 IDLE = "document.getElementById('drawing').getAttribute('aria-busy') !== 'true'"
 CODES = {
@@ -265,6 +273,33 @@ def test_hostile_names_are_text(play: Play) -> None:
         )
         assert await editor.look("document.querySelectorAll('img').length") == 0
         assert "name: <img src=x onerror=alert(1)>" in await editor.saved()
+
+    play(scene)
+
+
+def test_the_findings_of_a_proof_are_at_their_nodes(play: Play) -> None:
+    """One that is opened by its key selects a node, and shows the steps."""
+
+    async def scene(editor: Editor) -> None:
+        await editor.press("F6")
+        await editor.type(TWO_DRIVES)
+        await editor.until("document.querySelectorAll('.node').length === 4")
+        await editor.click("prove")
+        await editor.shows("proof-title", "1 finding")
+        ids = "[...document.querySelectorAll('.node:has(.badge)')].map((one) => one.id).join()"
+        await editor.until(f"{ids} === 'box-2,box-3'")
+        await editor.look("document.querySelector('#proof summary').focus()")
+        await editor.press("Enter")
+        await editor.until("document.querySelector('#box-2[aria-selected=true]') !== null")
+        steps = await editor.look("document.querySelector('#proof ol').innerText")
+        assert steps.split("\n") == ["/turn accepts the goal", "/move accepts the goal"]
+        await editor.look("document.querySelectorAll('#proof .findings button')[1].click()")
+        await editor.until("document.querySelector('#box-3[aria-selected=true]') !== null")
+        await editor.press("F6")
+        await editor.type("# ")
+        await editor.until("document.querySelector('.badge') === null")
+        await editor.click("close-proof")
+        await editor.until("document.getElementById('proof').hidden")
 
     play(scene)
 
