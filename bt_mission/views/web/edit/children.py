@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import json
 import re
 import signal
@@ -20,6 +21,8 @@ from websockets.exceptions import WebSocketException
 _LINK = re.compile(r"in a browser: (http://\S+)")
 MOST_LINES = 200
 TRY_LATER = 1013
+_END_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of prctl: the signal that a process gets when its parent has ended."""
 
 
 class Child:
@@ -67,6 +70,7 @@ class Child:
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
             start_new_session=True,
+            preexec_fn=_end_with_parent if sys.platform == "linux" else None,
         )
         self._process = process
         assert process.stdout is not None
@@ -96,6 +100,11 @@ class Child:
             return json.loads(self.output)
         except ValueError:
             return None
+
+
+def _end_with_parent() -> None:
+    """Have Linux end this process with its parent, even if that is killed."""
+    ctypes.CDLL(None).prctl(_END_WITH_PARENT, signal.SIGKILL)
 
 
 async def relay(page: WebSocket, link: str) -> None:

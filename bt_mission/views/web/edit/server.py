@@ -74,6 +74,8 @@ class EditServer(PageServer):
         self._proof: Child | None = None
         self._watch = render("views/web/page/index.html").encode()
         self._is_read_only = options.is_read_only
+        if not options.is_read_only:
+            workspace.drop_trials()
         acts: Mapping[str, Callable[[dict[str, Any]], Any]] = {
             "vocabulary": lambda _: _vocabulary(),
             "files": self._list,

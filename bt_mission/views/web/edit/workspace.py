@@ -20,6 +20,8 @@ MOST_LEVELS = 4
 
 UNSAVED, TRIAL = ".unsaved", ".yaml"
 """Endings of the files beside a file: its unsaved text, and the text that a command uses."""
+COMMANDS = ("run", "prove", "revise")
+"""The commands that use one."""
 
 
 class EditError(BtMissionError):
@@ -137,6 +139,13 @@ class Workspace:
         self._write(path, text)
         return path
 
+    def drop_trials(self) -> None:
+        """Delete the texts of commands that an editor has left behind which was killed."""
+        for row in self.files():
+            for command in COMMANDS:
+                with suppress(OSError):
+                    self._beside(row["name"], f".{command}{TRIAL}").unlink()
+
     def _beside(self, name: str, suffix: str) -> Path:
         path = self.path(name)
         return path.with_name(f".{path.name}{suffix}")
@@ -157,9 +166,11 @@ class Workspace:
                 sub for sub in folders if sub[0] not in "._" and level < MOST_LEVELS
             )
             for name in sorted(names):
-                if Path(name).suffix in SUFFIXES and name[0] != "." and count < MOST_FILES:
+                path = Path(folder) / name
+                is_shown = path.suffix in SUFFIXES and name[0] != "." and count < MOST_FILES
+                if is_shown and path.resolve().is_relative_to(self.root):
                     count += 1
-                    yield str((Path(folder) / name).relative_to(self.root))
+                    yield str(path.relative_to(self.root))
 
     @staticmethod
     def _write(path: Path, text: str) -> None:

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import select
+import subprocess
+import sys
 from collections.abc import Awaitable, Callable
+from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -146,6 +151,8 @@ def test_only_yaml_files_of_the_folder_are_read(play: Play, tmp_path: Path, name
     (tmp_path / "l.yaml").symlink_to("/etc/hostname")
 
     async def scene(client: Client) -> None:
+        listed = (await client.ask("files"))["files"]
+        assert [row["name"] for row in listed] == ["m.yaml"]
         assert (await client.ask("open", name=name))["code"] == "BT-1302"
         assert (await client.ask("save", name=name, text="", base=""))["code"] == "BT-1302"
 
@@ -181,3 +188,36 @@ def test_the_page_is_guarded_as_the_others_are(play: Play) -> None:
         assert "exceeds" in (await client.ask("files", text="x" * 4_000_001))["error"]
 
     play(scene)
+
+
+@pytest.mark.process
+def test_a_run_ends_with_an_editor_that_is_killed(tmp_path: Path) -> None:
+    """The next editor removes the text of the run."""
+    text = TEXT.replace("wait: 1", "wait: 600").replace("angel", "angle")
+    (tmp_path / "m.yaml").write_text(text)
+    command = [sys.executable, "-m", "bt_mission", "edit", str(tmp_path), "--port=0"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as editor:
+        assert editor.stderr is not None
+        line = next(line for line in editor.stderr if "in a browser: " in line)
+        address = urlsplit(line.split()[-1])
+
+        def ask(request: str, **facts: Any) -> Any:
+            connection = HTTPConnection(address.netloc)
+            connection.request("POST", f"{address.path}api/{request}", json.dumps(facts))
+            answer = json.loads(connection.getresponse().read())
+            connection.close()
+            return answer
+
+        ask("run", name="m.yaml", text=text, speed="1")
+        while ask("ran")["state"] == "starting":
+            continue  # what follows must not end by a broken pipe
+        (child,) = Path(f"/proc/{editor.pid}/task/{editor.pid}/children").read_text().split()
+        end = os.pidfd_open(int(child))
+        assert select.select([end], [], [], 0.0)[0] == []
+        editor.kill()
+    assert select.select([end], [], [], 30.0)[0] == [end]
+    os.close(end)
+    trial = tmp_path / ".m.yaml.run.yaml"
+    assert trial.read_text() == text
+    EditServer(Workspace(tmp_path), WebOptions(port=0)).close()
+    assert not trial.exists()
