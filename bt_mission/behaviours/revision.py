@@ -2,8 +2,8 @@
 
 :class:`Graft` first builds the new tree without a change of the running one, so it can be refused.
 :meth:`Graft.commit` then exchanges them, between two ticks. A leaf that stays is the same object in
-both, with its goal. Composites and decorators are new objects, and continue with the state of those
-that they replace.
+both, with its goal, and so is a composite or decorator if all below it stays. The others are new
+objects, and continue with the state of those that they replace.
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ class Graft:
             if node.twin is not None and self._is_same_leaf(node, node.twin)
         }
         """The leaves that stay, by their new paths."""
-        self._parents = {leaf: leaf.parent for leaf in self._kept.values()}
+        self._whole = self._unchanged_above()
+        stays = (*self._kept.values(), *self._whole.values())
+        self._parents = {node: node.parent for node in stays}
         before = runtime.scope
         self.scope = Scope(before.values, before.seed, self._generators(before))
         kinds = {kind: self._maker(make) for kind, make in BEHAVIOURS.items()}
@@ -138,6 +140,7 @@ class Graft:
             BtMissionError: That is not possible; nothing has changed.
         """
         kept = {inner for leaf in self._kept.values() for inner in leaf.iterate()}
+        kept.update(self._whole.values())
         for behaviour in self.root.iterate():
             if behaviour not in kept:
                 behaviour.setup(runtime=self._runtime)
@@ -156,7 +159,7 @@ class Graft:
         now_ns = self._runtime.now_ns
         for node in self.comparison.new:
             behaviour = self._new[node.path]
-            if node.path in self._kept:
+            if node.path in self._kept or node.path in self._whole:
                 continue
             if node.is_linked and node.twin is not None:
                 self._take_over(node, behaviour, self._old[node.twin.path], now_ns)
@@ -170,8 +173,8 @@ class Graft:
         The ledger sends nothing before the goals that are not wanted any more have ended.
         """
         errors = self._stop()
-        for path, leaf in self._kept.items():
-            self._move(leaf, self.scope.evaluators[path])
+        for path, node in (*self._kept.items(), *self._whole.items()):
+            self._move(node, self.scope.evaluators[path])
         for name in self.comparison.lost_variables:
             self.scope.values.pop(name, None)
         return errors
@@ -201,13 +204,34 @@ class Graft:
         self, make: Callable[[Any, Evaluator], Behaviour]
     ) -> Callable[[Any, Evaluator], Behaviour]:
         def made(node: NodeModel, values: Evaluator) -> Behaviour:
-            leaf = self._kept.get(values.path)
-            if leaf is None:
+            stays = self._kept.get(values.path) or self._whole.get(values.path)
+            if stays is None:
                 return make(node, values)
-            leaf.parent = None  # it gets the new one
-            return leaf
+            stays.parent = None  # it gets the new one
+            for child in stays.children:
+                child.parent = stays
+            return stays
 
         return made
+
+    def _unchanged_above(self) -> dict[str, Behaviour]:
+        """Return the composites and decorators with all below them as before, by new paths.
+
+        A `finally` and a named tree are built again: they hold more than their own values.
+        """
+        whole: dict[str, Behaviour] = {}
+        for node in reversed(self.comparison.new):  # those below come first
+            twin = node.twin
+            if twin is None or node.is_changed or not node.below or not node.is_linked:
+                continue
+            behaviour = self._old[twin.path]
+            if (
+                [child.twin for child in node.below] == twin.below
+                and all(child.path in self._kept or child.path in whole for child in node.below)
+                and not isinstance(behaviour, Finally | Subtree)
+            ):
+                whole[node.path] = behaviour
+        return whole
 
     def _built(self, root: Behaviour) -> list[Behaviour]:
         """Return the nodes of the mission, depth first, without those of users' behaviours."""
@@ -319,13 +343,13 @@ class Graft:
                 errors.append(f"stopping '{behaviour.name}' raised {described(error)}")
         return errors
 
-    def _move(self, leaf: Behaviour, values: Evaluator) -> None:
-        """Let a leaf that stays read the values of its new place."""
-        assert isinstance(leaf, Hooked), "every leaf of a mission has values"
-        leaf.take_values(values)
-        leaf.name = values.node.label
-        if isinstance(leaf, PythonLeaf):
-            leaf.behaviour.parent = leaf.parent
+    def _move(self, node: Behaviour, values: Evaluator) -> None:
+        """Let a node that stays read the values of its new place."""
+        assert isinstance(node, Hooked), "every node of a mission has values"
+        node.take_values(values)
+        node.name = values.node.label
+        if isinstance(node, PythonLeaf):
+            node.behaviour.parent = node.parent
 
 
 def _links(node: BuiltNode) -> bool:

@@ -8,13 +8,12 @@ from dataclasses import replace
 from py_trees.behaviour import Behaviour
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.builder import node_details
 from bt_mission.behaviours.revision import Graft
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import cause_of
 from bt_mission.executive.executive import Executive
 from bt_mission.language.mission import Mission
-from bt_mission.language.revision import Revision, compare, refusals
+from bt_mission.language.revision import Comparison, Revision, compare, refusals
 
 
 def revise(
@@ -44,6 +43,7 @@ def revise(
     revision = replace(comparison.revision(), number=executive.revisions)
     reasons = [*filter(None, [executive.why_not_revisable]), *refusals(running, mission)]
     graft: Graft | None = None
+    details: dict[str, tuple[str, ...]] = {}
     try:
         paths = {node: executive.path_of(node) for node in executive.nodes}
         graft = Graft(comparison, paths, runtime, executive.followed, is_kept=keep_goals)
@@ -55,6 +55,7 @@ def revise(
             restarts=tuple(graft.restarting),
         )
         if not reasons and not dry_run:
+            details = _details(comparison, executive)
             prepare(comparison.after)
             graft.prepare()
     except Exception as error:  # noqa: BLE001 - a user's behaviour may raise anything
@@ -64,8 +65,19 @@ def revise(
             graft.abandon()
         return replace(revision, reasons=tuple(reasons))
     accept(comparison.after)
-    executive.revise(graft, node_details(comparison.after), revision.counts)
+    executive.revise(graft, details, revision.counts)
     return replace(revision, is_applied=True, number=executive.revisions)
+
+
+def _details(comparison: Comparison, executive: Executive) -> dict[str, tuple[str, ...]]:
+    """Return the details of each node of the new version; leaves that stay keep theirs."""
+    before = {info.path: info.details for info in executive.node_infos}
+    return {
+        node.path: tuple(node.node.details())
+        if node.twin is None or node.is_changed or node.below
+        else before[node.twin.path]
+        for node in comparison.new
+    }
 
 
 def _with_goals(leaves: list[Behaviour]) -> tuple[str, ...]:

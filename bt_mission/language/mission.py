@@ -128,7 +128,9 @@ class Mission:
 
     def below(self, node: NodeModel) -> Sequence[NodeModel]:
         """Return the nodes below one in the tree as it is built: a used tree is below its use."""
-        tree = self.trees.get(node.tree) if isinstance(node, TreeNode) else None
+        if not self.trees or not isinstance(node, TreeNode):
+            return node.below
+        tree = self.trees.get(node.tree)
         return node.below if tree is None else (tree.body,)
 
     def node_at(self, place: str) -> NodeModel | None:

@@ -70,7 +70,7 @@ class BuiltNode:
     is_changed: bool = False
 
     def __post_init__(self) -> None:
-        self.kind: Hashable = _kind_of(self.node)
+        self.kind: Hashable = _kind_of(type(self.node))(self.node)
         """Nodes of different kinds are never the same node."""
         self.label = self.node.label
         """Its name in the tree."""
@@ -126,17 +126,18 @@ class BuiltNode:
         return is_in_part or not isinstance(above.node, FinallyNode)
 
 
-def _kind_of(node: NodeModel) -> Hashable:
-    match node:
-        case TreeNode():
-            return (type(node), node.tree)
-        case ForEachNode():
-            return (type(node), node.variable)
-        case PythonNode():
-            return (type(node), node.target)
-        case InterfaceNode():
-            return (type(node), node.ros_name, node.type)
-    return type(node)
+@cache
+def _kind_of(kind: type[NodeModel]) -> Callable[[Any], Hashable]:
+    """Return what gives the kind of a node of a class."""
+    if issubclass(kind, TreeNode):
+        return lambda node: (kind, node.tree)
+    if issubclass(kind, ForEachNode):
+        return lambda node: (kind, node.variable)
+    if issubclass(kind, PythonNode):
+        return lambda node: (kind, node.target)
+    if issubclass(kind, InterfaceNode):
+        return lambda node: (kind, node.ros_name, node.type)
+    return lambda _: kind
 
 
 @dataclass(frozen=True)
@@ -283,7 +284,14 @@ class Comparison:
     @cached_property
     def lost_variables(self) -> frozenset[str]:
         """The mission's variables that the new version does not have."""
-        return frozenset(_variables(self.before) - _variables(self.after))
+        if self.before.trees or self.after.trees:
+            return frozenset(_variables(self.before) - _variables(self.after))
+        heads = _head_variables(self.before)
+        ends = (node.node for node in self.old if node.twin is None or node.is_changed)
+        perhaps = heads.union(*map(_node_variables, ends))
+        if perhaps <= _head_variables(self.after):
+            return frozenset()
+        return frozenset(perhaps - _variables(self.after))
 
 
 def built_nodes(mission: Mission) -> tuple[BuiltNode, ...]:
@@ -296,11 +304,11 @@ def built_nodes(mission: Mission) -> tuple[BuiltNode, ...]:
         nodes.append(built)
         if parent is not None:
             parent.below.append(built)
-        below = [
-            (child, f"{path}.{number}", built, number)
-            for number, child in enumerate(mission.below(node))
-        ]
-        waiting += reversed(below)
+        if children := mission.below(node):
+            below = [
+                (child, f"{path}.{number}", built, number) for number, child in enumerate(children)
+            ]
+            waiting += reversed(below)
     return tuple(nodes)
 
 
@@ -459,12 +467,13 @@ _PLAIN = (bool, int, float, str)
 
 def _equal(old: Any, new: Any) -> bool:
     """Compare values. An expression with the same text may mean another place of the map."""
-    if type(old) in _PLAIN:
+    kind = type(old)
+    if kind in _PLAIN:
         return bool(old == new)
+    if kind is dict and type(new) is dict:
+        return old.keys() == new.keys() and all(_equal(old[key], new[key]) for key in old)
     if isinstance(old, Expression) and isinstance(new, Expression):
         return old == new and old.root == new.root
-    if isinstance(old, dict) and isinstance(new, dict):
-        return old.keys() == new.keys() and all(_equal(old[key], new[key]) for key in old)
     if isinstance(old, list | tuple) and isinstance(new, list | tuple):
         return len(old) == len(new) and all(map(_equal, old, new))
     if isinstance(old, Written) and type(old) is type(new):
@@ -509,9 +518,12 @@ def _followed(mission: Mission) -> set[tuple[str, FollowSettings]]:
 
 
 def _variables(mission: Mission) -> set[str]:
-    names = set(mission.inputs) | {followed.variable for followed in mission.follow}
-    for node in mission.tree.walk():
-        names.update(written_by(node))
-        if isinstance(node, ForEachNode):
-            names.add(node.variable)
-    return names
+    return _head_variables(mission).union(*map(_node_variables, mission.tree.walk()))
+
+
+def _head_variables(mission: Mission) -> set[str]:
+    return {*mission.inputs, *(followed.variable for followed in mission.follow)}
+
+
+def _node_variables(node: NodeModel) -> tuple[str, ...]:
+    return (node.variable,) if isinstance(node, ForEachNode) else written_by(node)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Any
 
 from bt_mission_interfaces.msg import (
@@ -62,16 +63,19 @@ def tree(event: RunStarted, revised: TreeRevised | None = None) -> Tree:
         stamp=stamp(event.time_ns),
         run=event.run,
         mission=event.mission,
-        nodes=[
-            TreeNode(
-                name=node.name,
-                kind=node.kind,
-                path=node.path,
-                parent=node.parent,
-                details=node.details,
-            )
-            for node in event.nodes
-        ],
+        nodes=list(map(_tree_node, event.nodes)),
+    )
+
+
+@lru_cache(maxsize=4096)
+def _tree_node(node: NodeInfo) -> TreeNode:
+    """Return a node of a tree. Most nodes of a revision are those of the tree before."""
+    return TreeNode(
+        name=node.name,
+        kind=node.kind,
+        path=node.path,
+        parent=node.parent,
+        details=node.details,
     )
 
 
