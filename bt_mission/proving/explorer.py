@@ -19,9 +19,12 @@ from bt_mission.proving.environment import Environment
 from bt_mission.proving.known_steps import DivergedError, Effect, KnownSteps, Step, Times
 from bt_mission.proving.memento import Memento
 
-BYTES_A_STATE = 400
-"""Memory of a visited state, an estimate; a state that waits takes ten times as much."""
+BYTES_A_STATE = 5_500
+"""Memory of a visited state with its share of known steps and kept mementos, an upper estimate:
+2,300 to 5,300 were measured. A state that waits takes as much as three more."""
 REPORT_EVERY = 500
+KEPT_EVERY = 8
+"""Steps from one kept memento to the next; the mission takes those in between again."""
 
 
 class Claims(Protocol):
@@ -111,7 +114,7 @@ class Bounds:
             return f"the budget of {self.states:,} states is used up"
         if self.seconds is not None and elapsed_s >= self.seconds:
             return f"the budget of {self.seconds:g} s is used up"
-        kilobytes = (progress.states + 10 * progress.waiting) * BYTES_A_STATE / 1000
+        kilobytes = (progress.states + 3 * progress.waiting) * BYTES_A_STATE / 1000
         if self.megabytes is not None and kilobytes > 1000 * self.megabytes:
             return f"the memory of {self.megabytes:g} MB is used up"
         return ""
@@ -119,13 +122,18 @@ class Bounds:
 
 @dataclass
 class _Waiting:
-    """A state whose steps are not taken yet; its memento only where the mission was in it."""
+    """A state whose steps are not taken yet; its memento only where the mission was in it.
+
+    Attributes:
+        unkept: The steps since the last state with a kept memento.
+    """
 
     state: int
     shape: int
     times: Times
     faults_left: float
     depth: int
+    unkept: int = 0
     memento: Memento | None = None
 
 
@@ -173,10 +181,10 @@ class _Exploration:
         """By state, the most faults left so far."""
         origin = environment.save()
         self._kept: dict[int, Memento] = {-1: origin}
-        """Of one state of each shape."""
+        """Of one state of a shape, some steps apart."""
         self._has_kept: set[int] = set()
         left = environment.choices.faults_left
-        first = _Waiting(-1, self._known.shape, (), left, 0, origin)
+        first = _Waiting(-1, self._known.shape, (), left, 0, memento=origin)
         self._queue = deque([first])
 
     def run(
@@ -268,15 +276,14 @@ class _Exploration:
             # What follows may need the faults that only this way has left.
             explored.came_from[state], explored.scripts[state] = waiting.state, step.taken
             self._most_left[state] = left
-            memento = None
+            memento, unkept = None, waiting.unkept + 1
             if not is_known:
                 memento = self._environment.save(waiting.memento)
-                if effect.shape not in self._has_kept:
+                if unkept >= KEPT_EVERY and effect.shape not in self._has_kept:
                     self._has_kept.add(effect.shape)
-                    self._kept[state] = memento
-            self._queue.append(
-                _Waiting(state, effect.shape, times, left, waiting.depth + 1, memento)
-            )
+                    self._kept[state], unkept = memento, 0
+            depth = waiting.depth + 1
+            self._queue.append(_Waiting(state, effect.shape, times, left, depth, unkept, memento))
 
 
 def replay(environment: Environment, way: list[Script]) -> list[Any]:

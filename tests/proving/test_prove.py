@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import tracemalloc
+from dataclasses import replace
+
 import pytest
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.proving.answers import parse_answers
 from bt_mission.proving.claims import Claims
-from bt_mission.proving.explorer import Bounds, explore
+from bt_mission.proving.explorer import Bounds, Progress, explore
 from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
 from tests.support.brute_force import enumerated, explored, looping_mission, small_mission
@@ -300,6 +303,28 @@ def test_a_budget_ends_the_exploration() -> None:
     proof = proof_of(f"  {TURN}", bounds=Bounds(states=5))
     assert (proof.exhaustive, proof.proved) == (False, ())
     assert proof.why_not == ("the budget of 5 states is used up",)
+
+
+@pytest.mark.parametrize("mission", ["missions/explore.yaml", "benchmarks/nav2_recovery.yaml"])
+def test_the_bound_on_memory_holds(mission: str) -> None:
+    """An exploration is over before its states take more than the bound, not much before."""
+    environment = ProofOptions(faults=1).environment(load(ROOT / mission))
+    claims, measured = Claims(), 0
+    progress = Progress()
+    tracemalloc.start()
+    try:
+
+        def measure(now: Progress) -> bool:
+            nonlocal measured, progress
+            progress, measured = replace(now), tracemalloc.get_traced_memory()[0]
+            return now.states < 300
+
+        explore(environment, claims, on_progress=measure)
+    finally:
+        tracemalloc.stop()
+    used = f"the memory of {measured / 1e6:g} MB is used up"
+    assert Bounds(megabytes=measured / 1e6).why_over(progress, 0) == used
+    assert not Bounds(megabytes=4 * measured / 1e6).why_over(progress, 0)
 
 
 def test_two_explorations_are_equal() -> None:
