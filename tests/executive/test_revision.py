@@ -352,6 +352,38 @@ trees:
     assert (run.status, run.logged) == ("success", ["so far 4, size 3"])
 
 
+def test_what_is_not_below_a_change_keeps_its_nodes(started: Any) -> None:
+    """They stay in the tree after a dry run, and at another place with their rounds and values."""
+    loop = """\
+    - repeat: {count: 2}
+      do:
+        sequence:
+          - turn: {angle: 90}
+            name: left
+            timeout: 9
+          - log: round $size
+"""
+    head = "mission: test\ninputs: {size: 3}"
+    run = started("  parallel:\n" + loop + "    - wait: 60\n", head)
+    run.turn.succeed()
+    run.tick(2)
+    run.turn.accept()
+    kept, parents = run.executive.nodes, [node.parent for node in run.executive.nodes]
+    new = head + "\ntree:\n  parallel:\n    - log: first\n" + loop + "    - wait: 60\n"
+    assert run.revise(new, dry_run=True).continues == ("left",)
+    assert [node.parent for node in kept] == parents
+    assert run.revise(new).continues == ("left",)
+    root, first, *others = run.executive.nodes
+    assert (first.name, others) == ("log", list(kept[1:]))
+    assert [child.parent for child in root.children] == [root] * 3
+    assert [node.parent for node in others[1:4]] == [others[0], others[1], others[1]]
+    run.tick()
+    run.turn.succeed()
+    run.tick()
+    assert run.logged == ["round 3", "first", "round 3"]
+    assert (others[0].status.name, len(run.turn.requests)) == ("SUCCESS", 2)
+
+
 def test_a_paused_mission_may_change(started: Any) -> None:
     """A kept goal continues in the pause; the leaves that were stopped start after it."""
     run = started(ROUND)
