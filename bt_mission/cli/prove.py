@@ -265,8 +265,8 @@ COMMANDS = {
             ),
             Option(
                 "--rounds N",
-                "reduce counts of repeats above N to N, 0 for no limit (default: a repeat with a "
-                "count above 10 can end after any round)",
+                "reduce counts of repeats above N to N, 0 for exact counts and deadlines (default: "
+                "a repeat with a count above 10 can end after any round)",
                 whole,
             ),
             Option(

@@ -163,8 +163,8 @@ class Environment:
         answers: Which answers are considered.
         faults: How many faults may happen on a way; infinite for no bound.
         has_interrupts: May Ctrl-C come at any time, once?
-        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
-            above 10.
+        rounds: Counts of `repeat` above it are cut to it; 0 for no bound and exact deadlines.
+            None opens those above 10.
         requirements: What is evaluated behind each tick.
     """
 
@@ -222,7 +222,7 @@ class Environment:
             self.ledger,
             self._goal_servers,
             self.answers,
-            loose_deadlines(nodes, self._evaluators),
+            () if rounds == 0 else loose_deadlines(nodes, self._evaluators),
         )
         self._loose = self._limits.loose
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]

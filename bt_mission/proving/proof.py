@@ -41,8 +41,8 @@ class ProofOptions:
     Attributes:
         faults: Most faults on a way; infinite for no bound.
         requirements: Those besides the mission's own ones.
-        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
-            above 10.
+        rounds: Counts of `repeat` above it are cut to it; 0 for no bound and exact deadlines.
+            None opens those above 10.
         with_outcomes: Collect the outcomes that nodes have on some way.
         revision: Another version of the mission, which is tried in every state.
     """

@@ -262,10 +262,21 @@ def test_a_deadline_beside_a_long_loop_may_be_met_at_any_tick() -> None:
     assert "'wait' may be over at any tick" in proof.abstracted
 
 
-def test_a_run_that_may_not_exist_proves_no_property_of_some_run(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The limit of 100 s is never met by 20 waits of 1 s, so that the log is dead in fact."""
+def test_a_deadline_beside_an_endless_loop_is_exact_without_a_bound_on_rounds() -> None:
+    """The loop turns until the deadline, and no run ends earlier."""
+    tree = """\
+  fallback:
+    - timeout: 3
+      do: {repeat: {until: 1 > 2}, do: {wait: 1}}
+    - log: late"""
+    proof = proof_of(tree, rounds=0)
+    assert (proof.exhaustive, proof.abstracted, proof.findings) == (True, (), ())
+    assert {"ends", "dead_node"} <= set(proof.proved)
+    assert set(proof_of(tree).not_violated) == {"ends", "dead_node"}
+
+
+def test_a_run_that_may_not_exist_proves_no_property_of_some_run() -> None:
+    """The limit of 100 s is never met by 20 waits of 1 s: with exact deadlines the log is dead."""
     tree = """\
   fallback:
     - timeout: 100
@@ -278,7 +289,6 @@ def test_a_run_that_may_not_exist_proves_no_property_of_some_run(
     assert (proof.exhaustive, proof.findings) == (True, ())
     assert proof.not_violated == ("ends", "dead_node")
     assert "goals_accounted" in proof.proved
-    monkeypatch.setattr("bt_mission.proving.abstraction.MANY_ROUNDS", 20)
     exact = proof_of(tree, rounds=0)
     assert collected(exact) == [("dead_node", "log")]
     assert exact.abstracted == ()
