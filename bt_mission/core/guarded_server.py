@@ -89,6 +89,13 @@ class Connection:
         self.is_admitted = False
         """Whether it has sent a valid request."""
         self._deadline: asyncio.TimerHandle | None = None
+        self._is_aborted = False
+
+    def serve_on(self, transport: asyncio.Transport) -> None:
+        """Use a transport, or close it if the connection was to be closed before it was there."""
+        self.transport = transport
+        if self._is_aborted:
+            transport.abort()
 
     @property
     def is_open(self) -> bool:
@@ -108,6 +115,7 @@ class Connection:
     def abort(self) -> None:
         """Close it, without sending what has not been sent."""
         self.stay()
+        self._is_aborted = True
         if self.transport is not None:
             self.transport.abort()
 
@@ -246,12 +254,14 @@ class GuardedServer(uvicorn.Server):
 
     async def _serve_on(self, connection: Connection) -> None:
         try:
-            connection.transport, _ = await asyncio.get_running_loop().connect_accepted_socket(
+            transport, _ = await asyncio.get_running_loop().connect_accepted_socket(
                 lambda: _Http(self.config, self.server_state, self.lifespan.state),
                 connection.socket,
             )
         except OSError:
             connection.socket.close()
+        else:
+            connection.serve_on(transport)
 
 
 class _Http(H11Protocol):

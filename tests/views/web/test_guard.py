@@ -69,8 +69,8 @@ def test_no_more_connections_are_open_than_there_is_room_for(
 def test_a_connection_without_a_whole_request_is_closed(
     shown: LiveMission, monkeypatch: pytest.MonkeyPatch, sent: bytes
 ):
-    """Also one that has begun to send it."""
-    monkeypatch.setattr(guarded_server, "REQUEST_S", 0.01)
+    """Also one that has begun to send it, and one whose time is over before it is served."""
+    monkeypatch.setattr(guarded_server, "REQUEST_S", 0.0)
 
     async def scene(server: WebServer) -> None:
         assert await raw(server, sent) == b""
