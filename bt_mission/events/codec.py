@@ -74,26 +74,29 @@ def _plain(event: Event, nodes: Nodes) -> dict[str, Any]:
     return fields | ({"index": index, **_node(index, nodes)} if 0 <= index < len(nodes) else {})
 
 
-def _started(event: RunStarted, _: Nodes) -> dict[str, Any]:
+def _shown(nodes: Nodes) -> list[dict[str, Any]]:
     shown = ("name", "kind", "path", "parent")
+    return [{name: getattr(node, name) for name in shown} for node in nodes]
+
+
+def _started(event: RunStarted, _: Nodes) -> dict[str, Any]:
     return {
         "run": event.run,
         "mission": event.mission,
         "world": event.world,
         "robot": event.robot,
         "seed": event.seed,
-        "nodes": [{name: getattr(node, name) for name in shown} for node in event.nodes],
+        "nodes": _shown(event.nodes),
     }
 
 
 def _revised(event: TreeRevised, _: Nodes) -> dict[str, Any]:
-    shown = ("name", "kind", "path", "parent")
     return {
         "mission": event.mission,
         "number": event.number,
         "summary": event.summary,
         "kept": list(event.kept),
-        "nodes": [{name: getattr(node, name) for name in shown} for node in event.nodes],
+        "nodes": _shown(event.nodes),
     }
 
 
