@@ -146,6 +146,21 @@ COMMANDS = {
                 help="take new versions of the mission from `bt-mission revise` while it runs; a "
                 "simulated run is then visible to other processes on this machine"
             ),
+            Option(
+                "--pause-before NODE",
+                "pause the mission before this node starts, given by its name or a path such as "
+                "0.1.0; may be repeated",
+                repeats=True,
+                needs=each(
+                    "web",
+                    "tui",
+                    "visible",
+                    "editable",
+                    "attach",
+                    why="nothing else can resume the mission",
+                ),
+                not_for=each("fleet", why="its missions have their own nodes"),
+            ),
             *(option.but(group="on a running ROS graph") for option in _ON_A_GRAPH),
             NETWORK.but(
                 needs=each(

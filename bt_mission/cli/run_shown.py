@@ -37,6 +37,8 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
         if on_page:  # also while it starts, and while the page stays
             stack.enter_context(interrupts)
         session = stack.enter_context(plan.open(options))
+        for node in options.pause_before:
+            session.executive.breakpoints.add(node)
         summarize = stack.enter_context(plan.preparing(session))
         stack.enter_context(foxglove_on(options, session))
         if not on_page:

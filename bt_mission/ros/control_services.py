@@ -88,7 +88,7 @@ class ControlServices:
             answer.message, answer.success = self._change(request.node, remove=request.remove), True
         except BtMissionError as error:
             answer.message, answer.success = str(error), False
-        answer.breakpoints = list(self._breakpoints)
+        answer.breakpoints = self._names
         return answer
 
     def _revise(self, request: Any, answer: Any) -> Any:
@@ -102,25 +102,32 @@ class ControlServices:
             answer.revision = json.dumps(revision.as_dict())
         return answer
 
+    @property
+    def _names(self) -> list[str]:
+        """The breakpoints of clients, and those with which the mission was started."""
+        executive = self._current()
+        own = () if executive is None else executive.breakpoints.names
+        return list(dict.fromkeys((*self._breakpoints, *own)))
+
     def _change(self, name: str, *, remove: bool) -> str:
         executive = self._current()
         if not name:
-            return f"{len(self._breakpoints)} set"
+            return f"{len(self._names)} set"
         if not remove:
             if len(name) > LONGEST_NAME:
                 raise BtMissionError(
                     f"no node has a name of {len(name):,} characters", code="BT-916"
                 )
-            if len(self._breakpoints) >= MOST_BREAKPOINTS and name not in self._breakpoints:
+            if len(self._names) >= MOST_BREAKPOINTS and name not in self._names:
                 raise BtMissionError(
                     f"{MOST_BREAKPOINTS} breakpoints are set; remove one first", code="BT-916"
                 )
             count = 0 if executive is None else executive.breakpoints.add(name)
             self._breakpoints[name] = None
             return f"pauses before '{name}'" + (f" ({count} nodes)" if count > 1 else "")
-        if name not in self._breakpoints:
+        if name not in self._names:
             raise BtMissionError(f"no breakpoint on '{name}'", code="BT-916")
-        del self._breakpoints[name]
+        self._breakpoints.pop(name, None)
         if executive is not None and name in executive.breakpoints.names:
             executive.breakpoints.remove(name)
         return f"'{name}' no longer pauses"

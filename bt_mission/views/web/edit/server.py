@@ -215,6 +215,8 @@ class EditServer(PageServer):
         words = ["--web", "--port=0", f"--speed={speed}"]
         if asked.get("is_editable"):
             words.append("--editable")
+        if asked.get("before"):
+            words.append(f"--pause-before={_text(asked, 'before')}")
         self._run = self._child(asked, "run", words)
         return {}
 

@@ -216,6 +216,7 @@ function wanted(name, facts = {}) {
     return;
   }
   if (!isNode) { refuse("Select a node in the tree first."); return; }
+  if (name === "run-to") { runTo(box); return; }
   if (name === "drop") {
     if (drawing.marked === null) { refuse("Mark a node with x first."); return; }
     act({ do: "move", path: JSON.parse(drawing.marked), target: targetOf(box) });
@@ -231,12 +232,24 @@ function wanted(name, facts = {}) {
   }
 }
 
+// Runs the text, and pauses before a node starts.
+function runTo(box) {
+  const [before] = [...runPaths(drawing)].find(([, key]) => key === keyOf(box.path)) ?? [];
+  if (at.isReadOnly) refuse("This page is read-only: start it without --read-only.");
+  else if (before === undefined || box.is_empty) refuse("Select a node of the mission's own tree first.");
+  else run(before);
+}
+
+function run(before) {
+  runs.start(at.name, text.text, before).catch((error) => connected(error.message, true));
+}
+
 // ---- files -----------------------------------------------------------------------------------------
 
 async function listFiles() {
   const answer = await ask("files");
   at.isReadOnly = answer.is_read_only;
-  byId("run").disabled = byId("prove").disabled = at.isReadOnly;
+  byId("run").disabled = byId("run-to").disabled = byId("prove").disabled = at.isReadOnly;
   const select = byId("files");
   select.replaceChildren(...answer.files.map(({ name, is_unsaved: unsaved }) => {
     const option = element("option", "", unsaved ? `${name} (unsaved)` : name);
@@ -354,7 +367,8 @@ function listen() {
   byId("redo").addEventListener("click", () => text.redo());
   byId("save").addEventListener("click", showDifference);
   byId("files").addEventListener("change", () => openFile(byId("files").value));
-  byId("run").addEventListener("click", () => runs.start(at.name, text.text).catch((error) => connected(error.message, true)));
+  byId("run").addEventListener("click", () => run(""));
+  byId("run-to").addEventListener("click", () => wanted("run-to"));
   byId("apply").addEventListener("click", () => apply().catch((error) => refuse(error.message)));
   byId("prove").addEventListener("click", () => startProof().catch((error) => connected(error.message, true)));
   byId("close-proof").addEventListener("click", closeProof);
@@ -449,9 +463,11 @@ async function begin() {
     if (box && keyOf(box.path) !== drawing.selected) drawing.choose(box, false);
   }, [{ key: "Mod-s", run: () => { showDifference(); return true; } }]);
   palette = new Palette(vocabulary.kinds, (event, kind) => { event.preventDefault(); drawing.drag(event, { kind }); }, insert);
-  runs = new RunPane((statuses) => {
+  runs = new RunPane((statuses, breakpoints) => {
     const paths = runPaths(drawing);
-    drawing.tell({ statuses: new Map([...statuses].filter(([path, status]) => paths.has(path) && status !== "idle").map(([path, status]) => [paths.get(path), status])) });
+    const ran = [...statuses].filter(([path, status]) => paths.has(path) && status !== "idle");
+    const stops = [...paths].filter(([path, key]) => breakpoints.some((one) => one === path || one === drawing.byKey.get(key).name));
+    drawing.tell({ statuses: new Map(ran.map(([path, status]) => [paths.get(path), status])), stops: new Set(stops.map(([, key]) => key)) });
   }, refuse);
   listen();
   const files = await listFiles();

@@ -8,13 +8,14 @@ const POLL_MS = 250;
 const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
 export class RunPane {
-  // onStatuses(statuses of paths): those of a run. onError(text).
+  // onStatuses(statuses of paths, breakpoints): those of a run. onError(text).
   constructor(onStatuses, onError) {
     Object.assign(this, { onStatuses, onError, number: 0, socket: null });
     byId("run-stop").addEventListener("click", () => this.stop());
   }
 
-  async start(name, text) {
+  // before: the path of the node before which the run pauses; "" for none.
+  async start(name, text, before = "") {
     const number = ++this.number;
     this.leave();
     byId("panes").classList.add("has-run");
@@ -24,7 +25,7 @@ export class RunPane {
     byId("run-state").textContent = "starting";
     const isEditable = byId("editable").checked;
     this.executive = "";
-    const answer = await ask("run", { name, text, speed: byId("speed").value, is_editable: isEditable });
+    const answer = await ask("run", { name, text, speed: byId("speed").value, is_editable: isEditable, before });
     if (answer.error) { this.fail([answer.error]); return; }
     while (number === this.number) {
       const run = await ask("ran");
@@ -51,7 +52,7 @@ export class RunPane {
     this.socket = null;
     byId("apply").hidden = true;
     byId("run-frame").src = "about:blank";
-    this.onStatuses(new Map());
+    this.onStatuses(new Map(), []);
   }
 
   async stop() {
@@ -69,6 +70,7 @@ export class RunPane {
     const socket = new WebSocket(url);
     this.socket = socket;
     let paths = [];
+    let stops = [];
     const statuses = new Map();
     socket.onmessage = (event) => {
       if (typeof event.data !== "string") return;
@@ -76,7 +78,12 @@ export class RunPane {
       if (changes.source) this.executive = changes.source;
       if (changes.tree) paths = changes.tree.nodes.map((node) => node[3]);
       for (const [index, status] of changes.nodes ?? []) statuses.set(paths[index], STATUSES[status]);
-      if (changes.tree || changes.nodes) this.onStatuses(statuses);
+      if (changes.state) {
+        const { status, reason, breakpoints } = changes.state;
+        byId("run-state").textContent = status === "paused" ? `paused: ${reason}` : "";
+        stops = breakpoints;
+      }
+      if (changes.tree || changes.nodes || changes.state) this.onStatuses(statuses, stops);
     };
   }
 }

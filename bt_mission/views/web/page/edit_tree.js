@@ -28,6 +28,7 @@ export class Drawing {
     this.statuses = new Map();
     this.severities = new Map();
     this.findings = new Map();
+    this.stops = new Set();
     this.box = byId("drawing");
     this.picture = byId("picture");
     this.box.addEventListener("keydown", (event) => this.key(event));
@@ -139,7 +140,7 @@ export class Drawing {
     group.setAttribute("aria-level", box.depth + 1);
     group.setAttribute("aria-selected", key === this.selected);
     if (children.length) group.setAttribute("aria-expanded", !this.folded.has(key));
-    group.setAttribute("aria-label", [title, box.kind, box.detail, severity ?? "", status ?? "", finding ? `findings: ${finding}` : ""].filter(Boolean).join(", "));
+    group.setAttribute("aria-label", [title, box.kind, box.detail, severity ?? "", status ?? "", this.stops.has(key) ? "breakpoint" : "", finding ? `findings: ${finding}` : ""].filter(Boolean).join(", "));
     group.setAttribute("class", ["node", box.family, box.is_empty && "is-empty", severity && `has-${severity}`,
       status && `ran-${status}`, key === this.marked && "is-marked"].filter(Boolean).join(" "));
     group.append(
@@ -155,6 +156,7 @@ export class Drawing {
       const isFolded = this.folded.has(key);
       group.append(shape("circle", { cx: x, cy: y, r: 8 }, "fold"), shape("text", { x, y: y + 4 }, "fold", isFolded ? "+" : "−"));
     }
+    if (this.stops.has(key)) group.append(shape("circle", { cx: 2, cy: 2, r: 6 }, "stop"));
     if (finding) group.append(shape("circle", { cx: WIDTH - 4, cy: 4, r: 8 }, "badge"), shape("text", { x: WIDTH - 4, y: 8 }, "count", String(finding)));
     group.append(shape("title", {}, "", [title, box.kind, box.detail].filter(Boolean).join("\n")));
     return group;
@@ -215,8 +217,8 @@ export class Drawing {
   }
 
   // What the checks, a run and a proof say of boxes.
-  tell({ severities, statuses, findings }) {
-    Object.assign(this, { severities: severities ?? this.severities, statuses: statuses ?? this.statuses, findings: findings ?? this.findings });
+  tell(facts) {
+    Object.assign(this, facts);
     if (this.boxes.length) this.draw();
   }
 
@@ -348,7 +350,7 @@ export class Drawing {
       [outward]: () => go(this.boxes[box.parent]), Home: () => go(order[0]), End: () => go(order[order.length - 1]),
       " ": () => this.fold(box, !this.folded.has(keyOf(box.path))), Enter: () => this.onAct("fields"), F2: () => this.onAct("name"),
       Delete: () => this.onAct("delete"), Backspace: () => this.onAct("delete"), a: () => this.onAct("palette"), w: () => byId("wrap").focus(),
-      u: () => this.onAct("unwrap"), c: () => this.onAct("copy"), t: () => this.turn(),
+      u: () => this.onAct("unwrap"), c: () => this.onAct("copy"), t: () => this.turn(), r: () => this.onAct("run-to"),
       x: () => { this.marked = this.selected; this.draw(); }, v: () => this.onAct("drop"), Escape: () => { this.marked = null; this.draw(); },
       "+": () => this.scale(1.25), "-": () => this.scale(0.8), 0: () => this.fit(),
     };

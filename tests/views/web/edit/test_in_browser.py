@@ -322,6 +322,13 @@ def test_a_run_of_the_text_is_shown_beside_it(play: Play, monkeypatch: Any) -> N
         await editor.shows("window-body", "+ log")
         await editor.look("document.querySelector('#window-buttons button').click()")
         await editor.until(f"{frame}.querySelectorAll('.row').length === 3")
+        await editor.look("document.getElementById('drawing').focus()")
+        await editor.press("ArrowUp")  # to the wait
+        await editor.press("r")
+        await editor.until(f"{frame}?.getElementById('status')?.textContent === 'paused'")
+        await editor.until(f"{frame}.querySelector('[aria-label*=breakpoint]') !== null")
+        await editor.shows("run-state", "paused: breakpoint at 'wait'")
+        await editor.until("document.querySelector('#box-2[aria-label*=breakpoint]') !== null")
         await editor.click("run-stop")
         await editor.until("document.getElementById('run-panel').hidden")
         await editor.until("document.querySelectorAll('.ran-running').length === 0")
