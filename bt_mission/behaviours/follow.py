@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -132,25 +133,26 @@ class FollowedVariable:
             self._values[self.name] = value
 
 
+def scopes_of(root: Behaviour, scope: Scope) -> list[Scope]:
+    """Return the variables of a mission, and those of each named tree below a root."""
+    return [scope, *(node.inner for node in root.iterate() if isinstance(node, Subtree))]
+
+
 class FollowedVariables:
     """All variables of a mission that follow topics, those of its named trees included.
 
     Args:
-        root: Of the tree.
+        scopes: The variables of the mission, and of each named tree.
         runtime: Its clock and subscribers.
-        scope: The variables of the mission.
         before: Those of the version of the mission that ran before. Common variables continue.
     """
 
     def __init__(
         self,
-        root: Behaviour,
+        scopes: Iterable[Scope],
         runtime: Runtime,
-        scope: Scope,
         before: FollowedVariables | None = None,
     ) -> None:
-        scopes = [scope]
-        scopes += [node.inner for node in root.iterate() if isinstance(node, Subtree)]
         self._runtime = runtime
         self.variables: list[FollowedVariable] = []
         known = [] if before is None else before.variables

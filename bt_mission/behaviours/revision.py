@@ -1,9 +1,10 @@
 """The tree of a revised mission, built beside the running one, and put in its place.
 
-:class:`Graft` first builds the new tree without a change of the running one, so it can be refused.
-:meth:`Graft.commit` then exchanges them, between two ticks. A leaf that stays is the same object in
-both, with its goal, and so is a composite or decorator if all below it stays. The others are new
-objects, and continue with the state of those that they replace.
+:class:`Graft` first builds the new tree without a change of the running one, which may be ticked
+meanwhile. :meth:`Graft.take_state` then reads the state of the running tree, and
+:meth:`Graft.commit` exchanges them, both between the same two ticks. A leaf that stays is the same
+object in both, with its goal, and so is a composite or decorator if all below it stays. The others
+are new objects, and continue with the state of those that they replace.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.follow import FollowedVariables
+from bt_mission.behaviours.follow import FollowedVariables, scopes_of
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.behaviours.runtime import Generator, Runtime, Scope
@@ -61,39 +62,49 @@ class Graft:
         self.followed = followed
         self._runtime = runtime
         self._old = {path: node for node, path in paths.items()}
-        self._nodes = tuple(paths)
         self._is_kept = is_kept
-        self._kept = {
-            node.path: self._old[node.twin.path]
-            for node in comparison.new
-            if node.twin is not None and self._is_same_leaf(node, node.twin)
-        }
+        self._kept = self._leaves_that_stay()
         """The leaves that stay, by their new paths."""
         self._whole = self._unchanged_above()
-        stays = (*self._kept.values(), *self._whole.values())
-        self._parents = {node: node.parent for node in stays}
+        self._new: dict[str, Hooked] = {}
         before = runtime.scope
-        self.scope = Scope(before.values, before.seed, self._generators(before))
-        kinds = {kind: self._maker(make) for kind, make in BEHAVIOURS.items()}
-        try:
-            self.root = build_tree(comparison.after, self.scope, kinds)
-        except BaseException:
-            self.abandon()
-            raise
-        self._new = {
-            node.path: behaviour
-            for node, behaviour in zip(comparison.new, self._built(self.root), strict=True)
-        }
-        for node in comparison.new:
-            self._share_variables(node)
+        self.scope = Scope(before.values, before.seed)
+        self._parents: dict[Behaviour, Behaviour | None] = {}
+        """The nodes that stay, with the nodes above them in the new tree."""
+        self.root = self._build()
+        self.pairs = self._pairs()
+        """The new node of each old one that continues, users' nodes included."""
+        self._replaced = self._nodes_to_stop()
+        """The nodes of the running tree that do not stay, and whether they are linked."""
+        stays = self._kept.keys() | self._whole.keys()
+        self._fresh = [node for node in comparison.new if node.path not in stays]
+        """The nodes of the new tree with new behaviours."""
+        evaluators = self.scope.evaluators
+        self._cleanups = [
+            (node, behaviour)
+            for node in comparison.old
+            if isinstance(behaviour := self._old[node.path], Finally)
+        ]
+        self._leaves = [self._old[node.path] for node in comparison.old if not node.below]
+        """The leaves of the running tree."""
+        self._moves = [
+            (self._new[path], evaluators[path], evaluators[path].node.label)
+            for path in (*self._kept, *self._whole)
+        ]
+        """The nodes that stay, with the values and the labels of their new places."""
+        self._scopes = scopes_of(self.root, self.scope)
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the leaves that stay are the same as when it was built."""
+        return not self._is_kept or self._leaves_that_stay() == self._kept
 
     @property
     def refusals(self) -> list[str]:
         """Why the running tree cannot be replaced now: clean-ups that run must not change."""
         reasons = []
-        for node in self.comparison.old:
-            behaviour = self._old[node.path]
-            if isinstance(behaviour, Finally) and behaviour.due_ns is not None:
+        for node, behaviour in self._cleanups:
+            if behaviour.due_ns is not None:
                 _, cleanup = node.below
                 inside = [node, *_walk(cleanup)]
                 if any(part.is_changed or not _links(part) for part in inside):
@@ -118,23 +129,16 @@ class Graft:
     def restarting(self) -> list[str]:
         """The names of leaves that run and start again."""
         stopped = set(self.stopped)
+        if not stopped:
+            return []
         return [
-            node.node.label
+            node.label
             for node in self.comparison.new
             if node.twin is not None and self._old[node.twin.path] in stopped
         ]
 
-    @property
-    def _leaves(self) -> list[Behaviour]:
-        return [self._old[node.path] for node in self.comparison.old if not node.below]
-
-    def abandon(self) -> None:
-        """Leave the running tree as it was; called unless the trees are exchanged."""
-        for leaf, parent in self._parents.items():
-            leaf.parent = parent
-
-    def prepare(self) -> None:
-        """Set the new nodes up, with the state of those that they replace.
+    def set_up(self) -> None:
+        """Set the new nodes up.
 
         Raises:
             BtMissionError: That is not possible; nothing has changed.
@@ -144,23 +148,31 @@ class Graft:
         for behaviour in self.root.iterate():
             if behaviour not in kept:
                 behaviour.setup(runtime=self._runtime)
+
+    def take_state(self) -> None:
+        """Give the new nodes the state of those that they replace.
+
+        Raises:
+            BtMissionError: That is not possible; nothing has changed.
+        """
+        self.scope.generators.update(self._generators(self._runtime.scope))
+        for node in self._fresh:
+            self._share_variables(node)
         inputs = self.comparison.after.inputs
         added = {name: inputs[name] for name in inputs if name not in self.scope.values}
         self.scope.values.update(added)
         try:
-            self._take_state()
-            self.followed = FollowedVariables(self.root, self._runtime, self.scope, self.followed)
+            self._take_states()
+            self.followed = FollowedVariables(self._scopes, self._runtime, self.followed)
         except BaseException:
             for name in added:
                 del self.scope.values[name]
             raise
 
-    def _take_state(self) -> None:
+    def _take_states(self) -> None:
         now_ns = self._runtime.now_ns
-        for node in self.comparison.new:
+        for node in self._fresh:
             behaviour = self._new[node.path]
-            if node.path in self._kept or node.path in self._whole:
-                continue
             if node.is_linked and node.twin is not None:
                 self._take_over(node, behaviour, self._old[node.twin.path], now_ns)
             elif node.is_transparent and self._is_around_running(node):
@@ -172,27 +184,42 @@ class Graft:
 
         The ledger sends nothing before the goals that are not wanted any more have ended.
         """
+        _put_below(self._parents)
         errors = self._stop()
-        for path, node in (*self._kept.items(), *self._whole.items()):
-            self._move(node, self.scope.evaluators[path])
+        for node, values, label in self._moves:
+            node.take_values(values)
+            node.name = label
+            if type(node) is PythonLeaf:
+                node.behaviour.parent = node.parent
         for name in self.comparison.lost_variables:
             self.scope.values.pop(name, None)
         return errors
 
-    def pairs(self) -> dict[Behaviour, Behaviour]:
-        """Return the new node of each old one that continues, users' nodes included."""
-        pairs: dict[Behaviour, Behaviour] = {}
-        for node in self.comparison.new:
-            if not node.is_linked or node.twin is None:
-                continue
-            old = self._old[node.twin.path]
-            if node.path in self._kept:
-                pairs |= {inner: inner for inner in old.iterate()}
-            else:
-                pairs[old] = self._new[node.path]
-        return pairs
+    @property
+    def fresh(self) -> list[Hooked]:
+        """The new behaviours."""
+        return [self._new[node.path] for node in self._fresh]
 
     # ---- building ------------------------------------------------------------------------
+
+    def _build(self) -> Behaviour:
+        """Return the new tree. The nodes that stay are still below those of the running tree."""
+        stays = (*self._kept.values(), *self._whole.values())
+        before = {node: node.parent for node in stays}
+        kinds = {kind: self._maker(make) for kind, make in BEHAVIOURS.items()}
+        try:
+            root = build_tree(self.comparison.after, self.scope, kinds)
+            self._parents = {node: node.parent for node in stays}
+        finally:
+            _put_below(before)
+        return root
+
+    def _leaves_that_stay(self) -> dict[str, Behaviour]:
+        return {
+            node.path: self._old[node.twin.path]
+            for node in self.comparison.new
+            if node.twin is not None and self._is_same_leaf(node, node.twin)
+        }
 
     def _is_same_leaf(self, node: BuiltNode, twin: BuiltNode) -> bool:
         if node.below or not node.is_linked:
@@ -206,10 +233,13 @@ class Graft:
         def made(node: NodeModel, values: Evaluator) -> Behaviour:
             stays = self._kept.get(values.path) or self._whole.get(values.path)
             if stays is None:
-                return make(node, values)
-            stays.parent = None  # it gets the new one
-            for child in stays.children:
-                child.parent = stays
+                stays = make(node, values)
+            else:
+                stays.parent = None  # it gets the new one, until the whole tree is built
+                for child in stays.children:
+                    child.parent = stays
+            assert isinstance(stays, Hooked), "every node of a mission has values"
+            self._new[values.path] = stays
             return stays
 
         return made
@@ -233,20 +263,10 @@ class Graft:
                 whole[node.path] = behaviour
         return whole
 
-    def _built(self, root: Behaviour) -> list[Behaviour]:
-        """Return the nodes of the mission, depth first, without those of users' behaviours."""
-        nodes, inside = [], {node.path for node in self.comparison.new}
-        waiting = [(root, "0")]
-        while waiting:
-            node, path = waiting.pop()
-            if path in inside:
-                nodes.append(node)
-                below = enumerate(node.children)
-                waiting += reversed([(child, f"{path}.{part}") for part, child in below])
-        return nodes
-
     def _generators(self, before: Scope) -> dict[str, Generator]:
         """Return the random generators of the nodes that stay, by their new paths."""
+        if not before.generators:
+            return {}
         moved = {node.twin.path: node.path for node in self.comparison.new if node.twin is not None}
         generators = {}
         for name, generator in before.generators.items():
@@ -262,6 +282,25 @@ class Graft:
             old = self._old[node.twin.path]
             assert isinstance(old, Subtree), "the kinds are the same"
             behaviour.inner.values = old.inner.values
+
+    def _pairs(self) -> dict[Behaviour, Behaviour]:
+        pairs: dict[Behaviour, Behaviour] = {}
+        for node in self.comparison.new:
+            if not node.is_linked or node.twin is None:
+                continue
+            old = self._old[node.twin.path]
+            if node.path in self._kept:
+                pairs |= {inner: inner for inner in old.iterate()}
+            else:
+                pairs[old] = self._new[node.path]
+        return pairs
+
+    def _nodes_to_stop(self) -> list[tuple[BuiltNode, Behaviour, bool]]:
+        kept = {*self._kept.values(), *self._whole.values()}
+        nodes = ((node, self._old[node.path]) for node in self.comparison.old)
+        return [
+            (node, behaviour, _links(node)) for node, behaviour in nodes if behaviour not in kept
+        ]
 
     # ---- state ---------------------------------------------------------------------------
 
@@ -319,16 +358,13 @@ class Graft:
     def _stop(self) -> list[str]:
         """Stop what is gone, or starts again; clean-ups of what is gone begin."""
         errors: list[str] = []
-        kept = set(self._kept.values())
-        linked = {self._old[node.path] for node in self.comparison.old if _links(node)}
         inside: set[Behaviour] = set()
-        for node in self.comparison.old:
-            behaviour = self._old[node.path]
-            if behaviour in inside or behaviour in kept:
+        for node, behaviour, is_linked in self._replaced:
+            if behaviour in inside:
                 continue
             try:
                 if isinstance(behaviour, Finally):
-                    if behaviour not in linked and behaviour.limit_s > 0:
+                    if not is_linked and behaviour.limit_s > 0:
                         inside.update(behaviour.iterate())
                         behaviour.stop(INVALID)
                         self.departed.append(behaviour)
@@ -337,19 +373,16 @@ class Graft:
                         behaviour.stop(INVALID)
                     elif isinstance(behaviour, ActionLeaf):
                         behaviour.call_terminate(INVALID)
-                elif behaviour not in linked and behaviour.status is RUNNING:
+                elif not is_linked and behaviour.status is RUNNING:
                     behaviour.terminate(INVALID)
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
                 errors.append(f"stopping '{behaviour.name}' raised {described(error)}")
         return errors
 
-    def _move(self, node: Behaviour, values: Evaluator) -> None:
-        """Let a node that stays read the values of its new place."""
-        assert isinstance(node, Hooked), "every node of a mission has values"
-        node.take_values(values)
-        node.name = values.node.label
-        if isinstance(node, PythonLeaf):
-            node.behaviour.parent = node.parent
+
+def _put_below(parents: Mapping[Behaviour, Behaviour | None]) -> None:
+    for node, parent in parents.items():
+        node.parent = parent
 
 
 def _links(node: BuiltNode) -> bool:

@@ -21,9 +21,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.follow import FollowedVariables
+from bt_mission.behaviours.follow import FollowedVariables, scopes_of
 from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.behaviours.revision import Graft
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
@@ -33,7 +32,6 @@ from bt_mission.events.events import (
     EventStream,
     GoalChanged,
     NodeChanged,
-    NodeInfo,
     NodesReset,
     RunStarted,
     StateChanged,
@@ -42,7 +40,8 @@ from bt_mission.events.events import (
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.breakpoints import Breakpoints
 from bt_mission.executive.cleanups import Cleanups
-from bt_mission.executive.status import MissionStatus, node_paths
+from bt_mission.executive.numbered_tree import NumberedTree
+from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal, state_of
 from bt_mission.goals.poses import poses_of
@@ -109,7 +108,7 @@ class Executive:
         self.revisions = 0
         """The number of revisions of the mission since its start."""
         self._runtime = runtime
-        self._set_tree(root, details or {})
+        self._set_tree(NumberedTree.of(root, details or {}))
         self.events = EventStream()
         self.mission_state = MissionState()
         """The state that follows from the events so far."""
@@ -120,31 +119,24 @@ class Executive:
         self._has_started = False
         self._keep_goals = False
         self._under_way: tuple[str, ...] = ()
-        self._known = dict.fromkeys(self._paths, Status.INVALID)
+        self._known = dict.fromkeys(self.paths, Status.INVALID)
         self._running: dict[Behaviour, None] = {}
         self._reset: list[Behaviour] = []
         """Nodes that had ended and have been reset in this tick."""
         self._walk: Iterator[Behaviour] | None = None
         self._steps = 0
         self._recovery: Recovery | None = None
-        self.breakpoints = Breakpoints(self._paths)
+        self.breakpoints = Breakpoints(self.paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
-        self.cleanups = Cleanups(self._paths, runtime.ledger, self.breakpoints.mark)
+        self.cleanups = Cleanups(self.paths, runtime.ledger, self.breakpoints.mark)
         self._follow(trace)
         for node in root.iterate():
             node.setup(runtime=runtime)
-        self.followed = FollowedVariables(root, runtime, runtime.scope)
+        self.followed = FollowedVariables(scopes_of(root, runtime.scope), runtime)
 
-    def _set_tree(self, root: Behaviour, details: Mapping[str, tuple[str, ...]]) -> None:
-        self.root = root
-        self._paths = node_paths(root)
-        self._nodes = tuple(self._paths)
-        self.indices = {node: index for index, node in enumerate(self._nodes)}
-        """The index of each node in the tree, depth first."""
-        self.node_infos = tuple(
-            _info(node, path, self.indices[node.parent or node], details)
-            for node, path in self._paths.items()
-        )
+    def _set_tree(self, tree: NumberedTree) -> None:
+        self.root, self.paths, self._nodes = tree.root, tree.paths, tree.nodes
+        self.indices, self.node_infos = tree.indices, tree.infos
 
     def _follow(self, trace: Trace) -> None:
         """Have trace and state take the events, and the ledger and the nodes cause them."""
@@ -153,9 +145,6 @@ class Executive:
         self.mission_state.state = self.state_event()
         self.events.subscribe(self.mission_state.apply)
         self._runtime.ledger.on_event = self._on_goal
-        self._note_resets_of_nodes()
-
-    def _note_resets_of_nodes(self) -> None:
         for node in self._nodes:
             if isinstance(node, Hooked):
                 node.resets = self._reset
@@ -317,21 +306,19 @@ class Executive:
             return "a breakpoint holds the mission within a tick; step or resume it first"
         return ""
 
-    def revise(
-        self, graft: Graft, details: Mapping[str, tuple[str, ...]], summary: str = ""
-    ) -> None:
+    def revise(self, graft: Graft, tree: NumberedTree, summary: str = "") -> None:
         """Exchange the tree for another one, between two ticks.
 
         Args:
-            graft: The prepared tree.
-            details: The details of each of its nodes by its path.
+            graft: The tree with the state of the present one.
+            tree: Its nodes.
             summary: What changes, as text.
         """
-        pairs, known, indices = graft.pairs(), self._known, self.indices
+        pairs, known, indices = graft.pairs, self._known, self.indices
         errors = graft.commit()
         self._note_halted()
         self._runtime.ledger.await_ends()
-        self._set_tree(graft.root, details)
+        self._set_tree(tree)
         self._runtime.scope = graft.scope
         graft.followed.leave_others(self.followed)
         self.followed = graft.followed
@@ -340,12 +327,13 @@ class Executive:
             node: known[before[node]] if node in before else Status.INVALID for node in self._nodes
         }
         self._running = {pairs[node]: None for node in self._running if node in pairs}
-        self._note_resets_of_nodes()
-        self.breakpoints.move(self._paths)
+        for behaviour in graft.fresh:
+            behaviour.resets = self._reset
+        self.breakpoints.move(self.paths)
         self._known[self.breakpoints.mark] = Status.RUNNING
         failures, departed = self.cleanups.failures, self.cleanups.departed
         self.cleanups = Cleanups(
-            self._paths,
+            self.paths,
             self._runtime.ledger,
             self.breakpoints.mark,
             (*departed, *graft.departed),
@@ -375,7 +363,7 @@ class Executive:
 
     def path_of(self, node: Behaviour) -> str:
         """The place of a node in the tree, such as ``0.1.0``."""
-        return self._paths[node]
+        return self.paths[node]
 
     # ---- inside --------------------------------------------------------------------------
 
@@ -492,13 +480,13 @@ class Executive:
         try:
             if not recovery.is_done():
                 return
-            recovery.finish(self._paths)
+            recovery.finish(self.paths)
         except BtMissionError as error:
             self._end(MissionStatus.FAILURE, f"cannot be resumed: {error}")
             return
         self._recovery = None
         self.started_ns = self._runtime.now_ns
-        for node in self._paths:
+        for node in self.paths:
             if node.status is not self._known[node]:
                 self._note(node)
 
@@ -565,13 +553,3 @@ class Executive:
         cut = f"observed for {observed_s:g} s of {self.observe_s:g} s: {reason}"
         self.reason = "; ".join(filter(None, (self.reason, cut)))
         self._close()
-
-
-def _info(
-    node: Behaviour,
-    path: str,
-    parent: int,
-    details: Mapping[str, tuple[str, ...]],
-) -> NodeInfo:
-    inner = node.behaviour if isinstance(node, PythonLeaf) else node
-    return NodeInfo(node.name, type(inner).__name__, path, parent, details.get(path, ()))

@@ -9,7 +9,7 @@ from typing import Any
 from typing_extensions import override
 
 from bt_mission.core.text import counted, escape_control
-from bt_mission.executive.revision import revise
+from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission
 from bt_mission.proving.claims import Broken, Claims
@@ -94,14 +94,9 @@ class RevisionClaims(Claims):
         shown = super().look(environment)
         if environment.executive.status is not MissionStatus.RUNNING:
             return shown
-        revision = revise(
-            environment.executive,
-            environment,
-            self._before,
-            self._after,
-            accept=lambda _: None,
-            dry_run=True,
-        )
+        plan = RevisionPlan(environment.executive, environment, self._before, self._after)
+        plan.build()
+        revision = plan.preview()
         cancels = (Broken(CANCELS, name, name, "") for name in revision.cancels)
         refused = (Broken(REFUSED, reason, "", reason) for reason in revision.reasons)
         return (*shown, Broken(TRIED, "", "", ""), *cancels, *refused)

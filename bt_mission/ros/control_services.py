@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from bt_mission_interfaces.srv import PauseMission, ReviseMission, SetBreakpoint
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -37,7 +38,7 @@ class ControlServices:
         self,
         node: Node,
         current: Callable[[], Executive | None],
-        revise: Callable[[Any], Revision],
+        revise: Callable[[Any], Awaitable[Revision]],
     ) -> None:
         self._current = current
         self._revise_on_request = revise
@@ -49,12 +50,22 @@ class ControlServices:
             (Trigger, "step", self._served(_step)),
             (Trigger, "stop", self._served(_stop)),
             (SetBreakpoint, "breakpoint", self._breakpoint),
-            (ReviseMission, "revise", self._revise),
         ]
         self._services = [
             node.create_service(kind, f"~/{name}", serve, qos_profile=REQUESTS)
             for kind, name, serve in served
         ]
+        # It awaits ticks, so it must not hold the callback group of the tick's timer.
+        alone = MutuallyExclusiveCallbackGroup()
+        self._services.append(
+            node.create_service(
+                ReviseMission,
+                "~/revise",
+                self._revise,
+                qos_profile=REQUESTS,
+                callback_group=alone,
+            )
+        )
 
     def close(self) -> None:
         """Destroy the services."""
@@ -91,10 +102,10 @@ class ControlServices:
         answer.breakpoints = self._names
         return answer
 
-    def _revise(self, request: Any, answer: Any) -> Any:
+    async def _revise(self, request: Any, answer: Any) -> Any:
         try:
             self._running()
-            revision = self._revise_on_request(request)
+            revision = await self._revise_on_request(request)
         except BtMissionError as error:
             answer.message, answer.success = str(error), False
         else:

@@ -15,6 +15,7 @@ from weakref import WeakValueDictionary
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
+from rclpy.task import Future
 from std_msgs.msg import Empty
 from typing_extensions import override
 
@@ -27,7 +28,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import GoalChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.report import Report, report_on
-from bt_mission.executive.revision import revise
+from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
@@ -111,6 +112,7 @@ class MissionRunner(MissionRuntime):
         """Emits each new version of the mission before its nodes are set up."""
         self._wall = Stopwatch()
         self._wall_s: float | None = None
+        self._after_tick: Future | None = None
         self._waypoints: WaypointMarkers | None = None
         with ExitStack() as made:
             made.callback(self._close_clients)
@@ -207,19 +209,26 @@ class MissionRunner(MissionRuntime):
                 "a mission cannot be revised within a tick; call revise() between two ticks",
                 code="BT-908",
             )
-        return revise(
-            self.executive,
-            self,
-            self.mission,
-            mission,
-            prepare=self.revising.emit,
-            accept=self._accept,
-            dry_run=dry_run,
-            keep_goals=keep_goals,
-        )
+        plan = self.plan_revision(mission, keep_goals=keep_goals)
+        if dry_run:
+            plan.build()
+            return plan.preview()
+        plan.build(self.revising.emit)
+        return self.apply_revision(plan)
 
-    def revise_on_request(self, request: Any) -> Revision:
+    def plan_revision(self, mission: Mission, *, keep_goals: bool = False) -> RevisionPlan:
+        """Compare another version with the running one, as the first step of a revision."""
+        return RevisionPlan(self.executive, self, self.mission, mission, keep_goals=keep_goals)
+
+    def apply_revision(self, plan: RevisionPlan) -> Revision:
+        """Exchange the trees, between two ticks, or say why that is not possible."""
+        return plan.apply(self.revising.emit, self._accept)
+
+    async def revise_on_request(self, request: Any) -> Revision:
         """Continue with the version that another process has sent.
+
+        The work is done in three steps, each just after a tick, so that no tick is late: reading,
+        comparing and building, exchanging. The result is the same at each instant of the request.
 
         Args:
             request: Of ``bt_mission_interfaces/srv/ReviseMission``.
@@ -234,8 +243,22 @@ class MissionRunner(MissionRuntime):
                 "start it with `bt-mission run MISSION --editable`",
                 code="BT-908",
             )
+        await self._next_tick()
         mission = self._read_revision(self.mission, request)
-        return self.revise(mission, dry_run=request.dry_run, keep_goals=request.keep_goals)
+        await self._next_tick()
+        plan = self.plan_revision(mission, keep_goals=request.keep_goals)
+        plan.build(None if request.dry_run else self.revising.emit)
+        if request.dry_run:
+            return plan.preview()
+        await self._next_tick()
+        if not plan.is_current:
+            return self.revise(mission, keep_goals=request.keep_goals)
+        return self.apply_revision(plan)
+
+    def _next_tick(self) -> Future:
+        """Return a future that is done after the next tick, or when the mission has ended."""
+        self._after_tick = self._after_tick or Future()
+        return self._after_tick
 
     def close(self) -> None:
         """Destroy the clients and topics on the node; further calls do nothing.
@@ -245,6 +268,7 @@ class MissionRunner(MissionRuntime):
         self.executive.interrupt("closed by its caller")
         self.executive.abandon("")
         self._note_end()
+        self._release()
         if self.node.context.ok() and not self._is_node_gone:
             self.status_publisher.publish_if_changed()
         self._exit.close()
@@ -262,6 +286,7 @@ class MissionRunner(MissionRuntime):
         finally:
             if self.executive.is_done:
                 self._note_end()
+            self._release()
 
     # ---- inside --------------------------------------------------------------------------
 
@@ -289,6 +314,12 @@ class MissionRunner(MissionRuntime):
             before.close()
         _with_controls[id(self.node)] = self
         made.callback(_with_controls.pop, id(self.node), None)
+
+    def _release(self) -> None:
+        """Let the coroutines that wait for a tick continue."""
+        waiting, self._after_tick = self._after_tick, None
+        if waiting is not None:
+            waiting.set_result(None)
 
     def _note_end(self) -> None:
         if self._wall_s is None and self.executive.is_done:

@@ -10,6 +10,7 @@ times as fast.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 from bt_mission_interfaces.msg import (
@@ -72,7 +73,7 @@ class StatusPublisher:
         self._watch: RequirementWatch | None = None
         self._has_tree = False
         """Whether the tree was sent."""
-        self._pending: list[NodeChanged | NodesReset] = []
+        self._pending: list[NodeChanged | NodesReset | TreeRevised] = []
         self._revised: TreeRevised | None = None
         """The newest revision of the mission."""
         self._has_verdicts = False
@@ -118,6 +119,8 @@ class StatusPublisher:
         """Hand it nothing more."""
         if listener in self._listeners:
             self._listeners.remove(listener)
+        if not self._listeners:
+            self._drop_pending()
 
     def begin(self, run: MissionRuntime, requirements: RequirementWatch) -> None:
         """Follow a mission that starts.
@@ -172,7 +175,9 @@ class StatusPublisher:
                 if self._listeners:
                     self._pending.append(event)
             case TreeRevised():
-                self._send_revision(event)
+                self._pending.append(event)
+                if not self._listeners or not self._has_tree:
+                    self._drop_pending()
             case StateChanged():
                 self._state, self._has_state = event, False
             case RequirementChanged():
@@ -207,30 +212,41 @@ class StatusPublisher:
         return True
 
     def _send_pending(self, run: MissionRuntime) -> None:
-        if self._pending:
+        """Send changes of nodes, each with the tree to which its indices belong."""
+        pending, self._pending = self._pending, []
+        changes: list[NodeChanged | NodesReset] = []
+        for event in pending:
+            if isinstance(event, TreeRevised):
+                self._send_changes_of(run, changes)
+                self._revised, changes = event, []
+                tree = run.executive.mission_state.tree
+                assert tree is not None, "it was sent"
+                revised = replace(tree, mission=event.mission, nodes=event.nodes)
+                self._send("tree", event_messages.tree(revised, event))
+            else:
+                changes.append(event)
+        self._send_changes_of(run, changes)
+
+    def _send_changes_of(
+        self, run: MissionRuntime, changes: list[NodeChanged | NodesReset]
+    ) -> None:
+        if changes:
             self.sequence += 1
-            changes, self._pending = self._pending, []
             message = event_messages.changes(
                 run.now_ns, run.executive.run, self.sequence, changes, self._revision
             )
             self._send("changes", message)
 
+    def _drop_pending(self) -> None:
+        """Forget changes that no listener gets; the newest tree is sent to the next one."""
+        for event in self._pending:
+            if isinstance(event, TreeRevised):
+                self._revised = event
+        self._pending.clear()
+
     @property
     def _revision(self) -> int:
         return 0 if self._revised is None else self._revised.number
-
-    def _send_revision(self, event: TreeRevised) -> None:
-        """Send the changes of nodes of the tree before, then the new tree."""
-        run = self._run
-        if run is None or not self._has_tree:
-            self._revised = event
-            self._pending.clear()
-            return
-        self._send_pending(run)
-        self._revised = event
-        tree = run.executive.mission_state.tree
-        assert tree is not None, "it was sent"
-        self._send("tree", event_messages.tree(tree, event))
 
     def _send_requirements(self, run: MissionRuntime) -> None:
         self._send("requirements", self._requirements(run))

@@ -237,9 +237,9 @@ class MissionServer(ValidClock, Node):
             handle, self._waiting = self._waiting, None
             self._start(handle)
 
-    def _revise(self, request: Any) -> Revision:
+    async def _revise(self, request: Any) -> Revision:
         assert self._run is not None, "a mission runs"
-        return self._run.runner.revise_on_request(request)
+        return await self._run.runner.revise_on_request(request)
 
     def _log_line(self, text: str) -> None:
         log_of(self).info(text)

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 from bt_mission.events.events import GoalChanged, NodeChanged, TreeRevised
+from bt_mission.executive.revision import RevisionPlan
+from bt_mission.sessions.load import load
 
 HEAD = "mission: test\ntree:\n"
 ROUND = """\
@@ -266,6 +268,43 @@ def test_a_dry_run_changes_nothing(started: Any) -> None:
     revision = run.revise(HEAD + ROUND.replace("angle: 90", "angle: 30"), dry_run=True)
     assert (revision.is_applied, revision.reasons, revision.cancels) == (False, (), ("left",))
     assert (run.trace.sha256, run.turn.cancels, run.executive.revisions) == (before, [], 0)
+
+
+def test_the_mission_may_be_ticked_between_the_steps_of_a_revision(started: Any) -> None:
+    """The exchange takes over the state at that time, and the tree before is not touched."""
+    run = started(ROUND)
+    left, right = run.root.children
+    limited = """\
+    - timeout: 30
+      do:
+        turn: {angle: 45}
+        name: right
+        timeout: 9
+"""
+    version = load(HEAD + ROUND.partition("    - turn: {angle: 45}")[0] + limited)
+    plan = RevisionPlan(run.executive, run, run.mission, version)
+    plan.build(lambda _: None)
+    assert (left.parent, right.parent) == (run.root, run.root)
+    assert plan.preview().continues == ("left",)
+    run.turn.succeed()
+    run.tick()
+    run.turn.accept()
+    goal = run.turn.goal
+    assert plan.is_current
+    revision = plan.apply(lambda _: None, lambda _: None)
+    assert (revision.is_applied, revision.continues, revision.cancels) == (True, ("right",), ())
+    assert not plan.is_current
+    assert [node.name for node in run.executive.nodes] == ["test", "left", "timeout", "right"]
+    assert [node.status.value for node in run.executive.nodes] == [
+        "RUNNING",
+        "SUCCESS",
+        "RUNNING",
+        "RUNNING",
+    ]
+    assert (right.parent.name, run.turn.goal, run.turn.cancels) == ("timeout", goal, [])
+    run.turn.succeed()
+    run.tick()
+    assert run.executive.is_done
 
 
 def test_a_mission_that_has_ended_cannot_change(started: Any) -> None:

@@ -11,7 +11,7 @@ from py_trees.behaviour import Behaviour
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.revision import revise
+from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
@@ -121,14 +121,16 @@ class Play:
         self.root = build_tree(mission, self.scope)
         self.executive = Executive(self.root, self, self.trace)
 
-    def revise(self, text: str, **options: Any) -> Revision:
+    def revise(self, text: str, *, dry_run: bool = False, keep_goals: bool = False) -> Revision:
         """Continue with another version of the mission."""
         after = load(text)
 
         def accept(mission: Mission) -> None:
             self.mission = mission
 
-        revision = revise(self.executive, self, self.mission, after, accept=accept, **options)
+        plan = RevisionPlan(self.executive, self, self.mission, after, keep_goals=keep_goals)
+        plan.build()
+        revision = plan.preview() if dry_run else plan.apply(lambda _: None, accept)
         self.root = self.executive.root
         return revision
 

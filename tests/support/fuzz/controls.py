@@ -7,8 +7,9 @@ or none does; missions as goals; parameters that are set.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from functools import cache
+from inspect import iscoroutine
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -26,7 +27,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.revision import revise
+from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.trace import Trace
 from bt_mission.executors.process import RobotNode, RobotNodeOptions
 from bt_mission.language.mission import Mission
@@ -112,6 +113,15 @@ SETTLING_TICKS = 200
 LONGEST = 80
 
 
+def _result_of(answer: Coroutine[Any, Any, Any]) -> Any:
+    """Return the result of a coroutine that awaits nothing."""
+    try:
+        answer.send(None)
+    except StopIteration as end:
+        return end.value
+    raise AssertionError("a service that waits for a tick")
+
+
 class _Node:
     """As much of a node as offers services."""
 
@@ -181,7 +191,7 @@ class Play:
         self.controls.begin(self.executive)
         return "a mission begins"
 
-    def _revise(self, request: Any) -> Revision:
+    async def _revise(self, request: Any) -> Revision:
         assert self.executive is not None
         assert self.graph is not None
         assert self.mission is not None
@@ -189,15 +199,12 @@ class Play:
         def accept(mission: Mission) -> None:
             self.mission = mission
 
-        return revise(
-            self.executive,
-            self.graph,
-            self.mission,
-            self.program.pick(missions()),
-            accept=accept,
-            dry_run=request.dry_run,
-            keep_goals=request.keep_goals,
+        version = self.program.pick(missions())
+        plan = RevisionPlan(
+            self.executive, self.graph, self.mission, version, keep_goals=request.keep_goals
         )
+        plan.build()
+        return plan.preview() if request.dry_run else plan.apply(lambda _: None, accept)
 
     def _tick(self) -> str:
         if self.executive is None or self.graph is None:
@@ -230,6 +237,8 @@ class Play:
             value = self.program.pick(NAMES) if is_text else self.program.chance(0.5)
             setattr(request, part, value)
         answer = callback(request, kind.Response())
+        if iscoroutine(answer):
+            answer = _result_of(answer)
         serialize_message(answer)
         assert answer.message, "an answer without words"
         assert "Traceback" not in answer.message
