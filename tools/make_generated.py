@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 
 from action_servers.core.limits import NumberLimit  # noqa: E402 - from the root
 from action_servers.core.tuning import TUNING  # noqa: E402
-from action_servers.server.actions import action  # noqa: E402
+from action_servers.server.actions import action, generated_type  # noqa: E402
 from bt_mission.core.actions import declared  # noqa: E402
 from bt_mission.core.error_catalogue import CatalogueEntry, catalogue, shown  # noqa: E402
 from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402
@@ -156,6 +156,23 @@ def actions_page(page: str) -> str:
     """Return the page of actions with its examples and the limits of goals."""
     page = between("examples of goals", action_examples(), page)
     return between("limits of goals", limit_table(), page)
+
+
+def nav2_table() -> str:
+    """Return the actions of Nav2 that are served, with their fields and error codes."""
+    rows = ["| action | goal | feedback | result | error codes |", "|---|---|---|---|---|"]
+    for name, known in declared().items():
+        package, _, type_name = known.known.type.partition("/action/")
+        if package != "nav2_msgs":
+            continue
+        parts = generated_type(known.known.type)
+        fields = [
+            ", ".join(f"`{field}`" for field in part.get_fields_and_field_types())
+            for part in (parts.Goal, parts.Feedback, parts.Result)
+        ]
+        codes = ", ".join(map(str, map(int, action(name).codes))) or "0 only"
+        rows.append(f"| `/{name}`: `{type_name}` | {' | '.join(fields)} | {codes} |")
+    return "\n".join(rows)
 
 
 def key_table() -> str:
@@ -393,6 +410,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
     DOCS / "reference" / "actions.md": actions_page,
+    DOCS / "reference" / "nav2.md": lambda page: between("served actions", nav2_table(), page),
     DOCS / "reference" / "terminal.md": lambda page: between("keys", key_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "reference" / "errors.md": lambda _: errors_page(),

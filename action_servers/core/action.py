@@ -102,6 +102,8 @@ class Action(ActionName):
         misfit: Returns why the fields of a goal are invalid together, or None.
         misfit_code: The error code with which such a goal is aborted once it is accepted, as by
             Nav2; 0 where `plan` refuses it.
+        codes: The error codes of Nav2 with which its goals end, for an action of Nav2. Whatever ends
+            all goals, such as a stop, has a code from 900 on.
         feedback: The ranges of the feedback's numbers for a goal whose fields are all known.
         waits: Whether a goal is accepted before there is what it needs.
         during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
@@ -112,6 +114,7 @@ class Action(ActionName):
     limits: Callable[[RobotModel, Tuning], Limits] = _no_limits
     misfit: Callable[[Any], str | None] = _no_misfit
     misfit_code: int = 0
+    codes: tuple[int, ...] = ()
     feedback: Callable[[Any], FeedbackRanges] = _no_ranges
     waits: bool = False
     during: Callable[[Any, str], AbstractContextManager[None]] = _nothing

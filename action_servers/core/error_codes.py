@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from enum import IntEnum
 
 from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
@@ -50,6 +50,11 @@ class Codes:
     collision_ahead: int
     invalid_input: int = 0
 
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """All of its numbers, in ascending order."""
+        return tuple(sorted(filter(None, astuple(self))))
+
     def of(self, code: int) -> int:
         """Return the number of a reason for which we have a code."""
         return {
@@ -64,6 +69,19 @@ BACK_UP = Codes(unknown=710, timeout=711, tf_error=712, invalid_input=713, colli
 DRIVE_ON_HEADING = Codes(
     unknown=720, timeout=721, tf_error=722, collision_ahead=723, invalid_input=724
 )
+
+NAVIGATION = (
+    ErrorCode.TF_ERROR_WHILE_DRIVING,
+    ErrorCode.FAILED_TO_MAKE_PROGRESS,
+    ErrorCode.CONTROLLER_TIMED_OUT,
+    ErrorCode.TF_ERROR_WHILE_PLANNING,
+    ErrorCode.START_OUTSIDE_MAP,
+    ErrorCode.GOAL_OUTSIDE_MAP,
+    ErrorCode.START_OCCUPIED,
+    ErrorCode.GOAL_OCCUPIED,
+    ErrorCode.NO_VALID_PATH,
+)
+"""The codes of Nav2's planner and controller with which a drive on the map ends."""
 
 OURS = {
     ErrorCode.TF_ERROR_WHILE_DRIVING: ErrorCode.NO_MAP,

@@ -148,6 +148,7 @@ BACK_UP_ACTION = Action(
     limits=limits,
     misfit=partial(misfit, backwards=True),
     misfit_code=BACK_UP.invalid_input,
+    codes=BACK_UP.numbers,
     feedback=feedback,
 )
 
@@ -160,5 +161,6 @@ DRIVE_ON_HEADING_ACTION = Action(
     limits=limits,
     misfit=partial(misfit, backwards=False),
     misfit_code=DRIVE_ON_HEADING.invalid_input,
+    codes=DRIVE_ON_HEADING.numbers,
     feedback=feedback,
 )

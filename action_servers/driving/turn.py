@@ -216,5 +216,6 @@ SPIN_ACTION = Action(
     example={"target_yaw": 12.0},
     plan=plan_spin,
     limits=spin_limits,
+    codes=SPIN.numbers,
     feedback=spin_feedback,
 )

@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from action_servers.core.action import Action, FeedbackRanges
+from action_servers.core.error_codes import NAVIGATION as NAVIGATION_CODES
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.grid import Floats
 from action_servers.core.limits import UNBOUNDED
 from action_servers.core.maneuver import Observation, Refusal
@@ -180,6 +182,7 @@ NAVIGATE_TO_POSE = Action(
     example={"pose": [1.5, 0.0, 0.0]},
     plan=plan_navigate_to_pose,
     misfit=pose_misfit,
+    codes=NAVIGATION_CODES,
     feedback=navigation_feedback,
 )
 
@@ -190,6 +193,7 @@ NAVIGATE_THROUGH_POSES = Action(
     example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
     plan=plan_navigate_through_poses,
     misfit=through_poses_misfit,
+    codes=NAVIGATION_CODES,
     feedback=through_poses_feedback,
 )
 
@@ -200,5 +204,6 @@ FOLLOW_WAYPOINTS = Action(
     example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
     plan=plan_follow_waypoints,
     misfit=waypoints_misfit,
+    codes=(ErrorCode.WAYPOINTS_UNKNOWN,),
     feedback=lambda goal: {"current_waypoint": (0.0, max(0, len(goal.poses) - 1))},
 )

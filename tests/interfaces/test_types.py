@@ -1,9 +1,5 @@
 """The generated types: exact fields, codes and hashes, which are what goes over the wire."""
 
-import json
-from pathlib import Path
-
-import nav2_msgs
 import pytest
 from bt_mission_interfaces.action import (
     CameraSweep,
@@ -30,30 +26,12 @@ from bt_mission_interfaces.msg import (
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, ReviseMission, SetBreakpoint
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
-from nav2_msgs.action import (
-    BackUp,
-    DriveOnHeading,
-    FollowWaypoints,
-    NavigateThroughPoses,
-    NavigateToPose,
-    Spin,
-    Wait,
-)
-from nav2_msgs.msg import MissedWaypoint
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.server.actions import generated_type
 from tests.support.served import SERVED
-
-ELAPSED = "builtin_interfaces/Duration total_elapsed_time, uint16 error_code, string error_msg"
-NAVIGATED = (
-    "geometry_msgs/PoseStamped current_pose, builtin_interfaces/Duration navigation_time, "
-    "builtin_interfaces/Duration estimated_time_remaining, "
-    "int16 number_of_recoveries, float distance_remaining"
-)
-STRAIGHT = "geometry_msgs/Point target, float speed, builtin_interfaces/Duration time_allowance"
 
 FIELDS = [
     (ExploreForward.Goal, "float fwd_velocity, float stopping_distance"),
@@ -179,40 +157,6 @@ FIELDS = [
         Collision,
         "std_msgs/Header header, string obstacle, geometry_msgs/Point point, double force",
     ),
-    (NavigateToPose.Goal, "geometry_msgs/PoseStamped pose, string behavior_tree"),
-    (NavigateToPose.Result, "uint16 error_code, string error_msg"),
-    (NavigateToPose.Feedback, NAVIGATED),
-    (
-        NavigateThroughPoses.Goal,
-        "sequence<geometry_msgs/PoseStamped> poses, string behavior_tree",
-    ),
-    (NavigateThroughPoses.Result, "uint16 error_code, string error_msg"),
-    (
-        NavigateThroughPoses.Feedback,
-        f"{NAVIGATED}, int16 number_of_poses_remaining",
-    ),
-    (
-        FollowWaypoints.Goal,
-        "uint32 number_of_loops, uint32 goal_index, sequence<geometry_msgs/PoseStamped> poses",
-    ),
-    (
-        FollowWaypoints.Result,
-        "sequence<nav2_msgs/MissedWaypoint> missed_waypoints, uint16 error_code, string error_msg",
-    ),
-    (FollowWaypoints.Feedback, "uint32 current_waypoint"),
-    (MissedWaypoint, "uint32 index, geometry_msgs/PoseStamped goal, uint16 error_code"),
-    (Spin.Goal, "float target_yaw, builtin_interfaces/Duration time_allowance"),
-    (Spin.Result, ELAPSED),
-    (Spin.Feedback, "float angular_distance_traveled"),
-    (BackUp.Goal, STRAIGHT),
-    (BackUp.Result, ELAPSED),
-    (BackUp.Feedback, "float distance_traveled"),
-    (DriveOnHeading.Goal, STRAIGHT),
-    (DriveOnHeading.Result, ELAPSED),
-    (DriveOnHeading.Feedback, "float distance_traveled"),
-    (Wait.Goal, "builtin_interfaces/Duration time"),
-    (Wait.Result, ELAPSED),
-    (Wait.Feedback, "builtin_interfaces/Duration time_left"),
     (Fibonacci.Goal, "int32 order"),
     (Fibonacci.Result, "sequence<int32> sequence"),
     (Fibonacci.Feedback, "sequence<int32> sequence"),
@@ -256,89 +200,12 @@ def test_one_error_code_means_the_same_in_every_action(action):
     assert all(code == 0 or code >= 900 for code in codes.values())
 
 
-@pytest.mark.parametrize(
-    ("action", "codes"),
-    [
-        (Spin, {"UNKNOWN": 700, "TIMEOUT": 701, "TF_ERROR": 702, "COLLISION_AHEAD": 703}),
-        (
-            BackUp,
-            {
-                "UNKNOWN": 710,
-                "TIMEOUT": 711,
-                "TF_ERROR": 712,
-                "INVALID_INPUT": 713,
-                "COLLISION_AHEAD": 714,
-            },
-        ),
-        (
-            DriveOnHeading,
-            {
-                "UNKNOWN": 720,
-                "TIMEOUT": 721,
-                "TF_ERROR": 722,
-                "COLLISION_AHEAD": 723,
-                "INVALID_INPUT": 724,
-            },
-        ),
-    ],
-)
-def test_recoveries_have_the_codes_of_nav2(action, codes):
-    """A client written for Nav2 reads why a recovery ended; 713 and 714 are no misprint."""
-    assert {name: getattr(action.Result, name) for name in codes} == codes
-    assert action.Result.NONE == 0
-
-
-def test_follow_waypoints_has_the_codes_of_nav2():
-    """600 and 601 are Nav2's, and so is the goal index that starts at 0."""
-    result = FollowWaypoints.Result
-    assert (result.NONE, result.UNKNOWN, result.TASK_EXECUTOR_FAILED) == (0, 600, 601)
-    assert FollowWaypoints.Goal().goal_index == 0
-
-
 @pytest.mark.parametrize("action", [*(served.type for served in SERVED.values()), Fibonacci])
 def test_every_action_has_type_support(action):
     """The C libraries behind each action load: goals can be served and sent."""
     for part in (action.Goal, action.Result, action.Feedback, action.Impl.FeedbackMessage):
         check_for_type_support(part)
         assert part.__class__._TYPE_SUPPORT is not None
-
-
-@pytest.mark.parametrize(
-    ("action", "expected"),
-    [
-        # What Nav2's own files give; 1.3.0 to 1.3.13 are the same.
-        (
-            "NavigateToPose",
-            "RIHS01_a56dba8a3234a1215e610180dc703ae25bbf406dded8b54887891c9732857eab",
-        ),
-        (
-            "FollowWaypoints",
-            "RIHS01_09e36a19e0374ab692e78b877e3345daa223ca4186b8af90f77939b78c6e6d7b",
-        ),
-        (
-            "Spin",
-            "RIHS01_9fc4653cfb2982465e9ca4e2710f0532de8f6dce77d6a6eada55e4e22273b55c",
-        ),
-        (
-            "BackUp",
-            "RIHS01_28d3ef6f5c43fdb860f960f4be61825e80d3c6fd54a12af77005eb477ad60d50",
-        ),
-        (
-            "DriveOnHeading",
-            "RIHS01_9eca8a3505f973b994ac18f4aaf76c0c4563cc7cde1ce7384be2f70e53479c11",
-        ),
-        (
-            "Wait",
-            "RIHS01_0c5d418b19d8d009bb5bce6dca27687d9d43659016a70dc08307e38a032af2c3",
-        ),
-    ],
-)
-def test_nav2_actions_have_the_type_hash_of_jazzy(action, expected):
-    """A Jazzy Nav2 takes our goals for its own: the whole action's hash is the same."""
-    prefix = Path(nav2_msgs.__file__).parents[4]
-    text = (prefix / f"share/nav2_msgs/action/{action}.json").read_text(encoding="utf-8")
-    hashes = {row["type_name"]: row["hash_string"] for row in json.loads(text)["type_hashes"]}
-    assert hashes[f"nav2_msgs/action/{action}"] == expected
 
 
 def test_tf_message_goes_out_under_the_type_hash_of_jazzy(rig):
