@@ -102,8 +102,8 @@ class Action(ActionName):
         misfit: Returns why the fields of a goal are invalid together, or None.
         misfit_code: The error code with which such a goal is aborted once it is accepted, as by
             Nav2; 0 where `plan` refuses it.
-        codes: The error codes of Nav2 with which its goals end, for an action of Nav2. Whatever ends
-            all goals, such as a stop, has a code from 900 on.
+        codes: Of an action of Nav2: the error codes of Nav2 with which its goals end. The codes of
+            a stop, of motors that are off and the like are from 900 on.
         feedback: The ranges of the feedback's numbers for a goal whose fields are all known.
         waits: Whether a goal is accepted before there is what it needs.
         during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal

@@ -127,7 +127,8 @@ def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 def goes_to_a_graph(options: argparse.Namespace) -> bool:
     """Tell whether the mission's goals are for servers that run already."""
     given = vars(options)
-    return bool(given.get("attach") or (given.get("against") and not given["json"]))
+    compared = given.get("against") or given.get("graph")
+    return bool(given.get("attach") or (compared and not given["json"]))
 
 
 def permissions_of(options: argparse.Namespace) -> Permissions:
@@ -177,7 +178,7 @@ def _check_file(options: argparse.Namespace) -> int:
     print(f"{model.file}: {kind} '{model.name}' is valid ({_summary(kind, model)})")
     if kind in ("mission", "scenario"):
         _explain_windows(model if kind == "mission" else model.mission)
-    code = _check_against(model, options) if options.against else SUCCESS
+    code = _check_against(model, options) if options.against or options.graph else SUCCESS
     is_alone = kind == "mission" and len(options.files) == 1
     if code == SUCCESS and is_alone and sys.stdout.isatty():
         _point_to_prove(model, options.file)
@@ -267,11 +268,14 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _check_against(mission: Any, options: argparse.Namespace) -> int:
-    """Print what the running graph has of what the mission uses."""
-    prepare_graph(options)
-    from bt_mission.ros.graph_check import find_missing
+    """Print what a graph has of what the mission uses."""
+    from bt_mission.ros.graph_check import find_missing, find_missing_in
 
-    findings = find_missing(mission, options.namespace)
+    if options.graph:
+        findings = find_missing_in(options.graph, mission, options.namespace)
+    else:
+        prepare_graph(options)
+        findings = find_missing(mission, options.namespace)
     width = max((len(finding.wanted.name) for finding in findings), default=0)
     for finding in findings:
         sign = "there" if finding.is_there else "of another type" if finding.types else "missing"
@@ -281,7 +285,7 @@ def _check_against(mission: Any, options: argparse.Namespace) -> int:
     for diagnostic in missing:
         print(diagnostic, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
-    refused = _print_refusals(options)
+    refused = options.against and _print_refusals(options)
     return BAD_INPUT if missing or refused else SUCCESS
 
 
@@ -387,8 +391,19 @@ COMMANDS = {
                 ),
             ),
             Option(
+                "--graph FILE",
+                "also check that a saved listing of a graph has them: lines of 'ros2 action list "
+                "-t', 'ros2 service list -t' and 'ros2 topic list -t', or of 'bt-mission actions "
+                "list' and its like",
+                type=Path,
+                not_for=each(
+                    *_PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
+                ),
+                excludes=each("against", why="it compares with the running graph"),
+            ),
+            Option(
                 "--namespace NAMESPACE",
-                "with --against: the robot's namespace (default: none)",
+                "with --against and --graph: the robot's namespace (default: none)",
                 completes="namespaces",
             ),
             NETWORK,

@@ -10,8 +10,6 @@ from typing import Any
 import nav2_msgs
 import pytest
 
-from action_servers.server.actions import generated_type
-from bt_mission.ros.interface_types import fill
 from tests.support.served import SERVED
 
 PUBLISHED = Path(__file__).with_name("nav2_msgs_1.3.13.txt")

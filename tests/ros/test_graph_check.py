@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 import rclpy
@@ -13,6 +14,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.ros import graph_check
 from bt_mission.sessions.load import load
@@ -103,6 +105,100 @@ def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.Monkey
             "/robot1/speech2 is a std_msgs/msg/String in the graph, not a std_msgs/msg/Bool",
         ),
     ]
+
+
+LISTED = """\
+# ros2 action list -t
+/robot1/navigate_to_pose [nav2_msgs/action/NavigateToPose]
+/spin [bt_mission_interfaces/action/Turn]
+/robot1/backup [nav2_msgs/action/BackUp]
+/robot2/backup [nav2_msgs/action/BackUp]
+# bt-mission actions list, services list, topics list
+/my/turn  bt_mission_interfaces/action/Turn  /bt_mission_servers
+/stop     std_srvs/srv/SetBool, std_srvs/srv/Trigger
+topic     type                 publishers  subscribers
+/speech   std_msgs/msg/String  1           0
+"""
+DRIVES = """\
+mission: drives
+tree:
+  sequence:
+    - {navigate_to_pose: {pose: [1, 0, 0]}, timeout: 9}
+    - {spin: {target_yaw: 1}, timeout: 9}
+    - {back_up: {target: [1, 0, 0], speed: 0.1}, timeout: 9}
+    - {turn: {angle: 90}, timeout: 9}
+    - service: {name: stop, type: std_srvs/srv/Trigger}
+    - {explore_forward: {fwd_velocity: 0.1, stopping_distance: 0.5}, timeout: 9}
+    - publish: {topic: speech, type: std_msgs/msg/String}
+"""
+
+
+def test_a_saved_listing_says_where_each_name_is(tmp_path: Path) -> None:
+    """In the lines of `ros2` and of `bt-mission`, also when the graph runs no more."""
+    listing = tmp_path / "robot.txt"
+    listing.write_text(LISTED, encoding="utf-8")
+    findings = graph_check.find_missing_in(listing, load(read_text(DRIVES, "m.yaml")))
+    assert [(finding.wanted.name, finding.is_there, finding.hint) for finding in findings] == [
+        (
+            "/navigate_to_pose",
+            False,
+            "/robot1/navigate_to_pose has this type; give --namespace robot1",
+        ),
+        ("/spin", False, None),
+        (
+            "/backup",
+            False,
+            "/robot1/backup, /robot2/backup have this type; give the --namespace of one of them",
+        ),
+        ("/turn", False, "/my/turn has this type; give --namespace my"),
+        ("/stop", True, None),
+        ("/explore_forward", False, None),
+        ("/speech", True, None),
+    ]
+    (spin,) = [finding for finding in findings if finding.wanted.name == "/spin"]
+    assert spin.diagnostic().message == (
+        "/spin is a bt_mission_interfaces/action/Turn in the graph, not a nav2_msgs/action/Spin"
+    )
+
+
+@pytest.mark.parametrize(
+    ("listed", "message"),
+    [
+        (
+            "/turn\n",
+            (
+                "robot.txt:1: expected a name and its type, such as 'nav2_msgs/action/Spin', "
+                "'std_srvs/srv/Trigger', 'std_msgs/msg/String', got '/turn'; list the graph with "
+                "'ros2 action list -t'"
+            ),
+        ),
+        ("\n", "robot.txt lists no action, service or topic; save 'ros2 action list -t'"),
+    ],
+)
+def test_a_listing_without_types_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, listed: str, message: str
+) -> None:
+    """With what to type instead."""
+    monkeypatch.chdir(tmp_path)
+    Path("robot.txt").write_text(listed, encoding="utf-8")
+    with pytest.raises(BtMissionError) as refused:
+        graph_check.find_missing_in(Path("robot.txt"), MISSION)
+    assert (refused.value.code, str(refused.value)) == ("BT-513", message)
+
+
+@pytest.mark.usefixtures("robot")
+def test_an_action_whose_fields_differ_is_of_another_release(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As between Humble or Kilted and Jazzy: the name of the type is the same."""
+    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
+    monkeypatch.setattr(graph_check, "type_hash_of", lambda *_: None)
+    turn, *_ = graph_check.find_missing(MISSION, "robot1")
+    assert str(turn.diagnostic()) == (
+        "m.yaml:7:7: error: /robot1/turn: bt_mission_interfaces/action/Turn has other fields in "
+        "the graph than here, so no goal arrives; install the same release of its package on both "
+        "sides [BT-510]"
+    )
 
 
 def test_servers_that_are_not_there_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
