@@ -126,7 +126,7 @@ class Entities:
         entity = self._find(name)
         if isinstance(entity, SimulatedRobot):
             hull, body = entity.robot.hull, entity.robot.body
-            top = entity.robot.base_height + body.centre[2] + body.size[2] / 2
+            top = entity.robot.base_height + body.heights[1]
             return (hull.rear, -hull.half_width, 0.0), (hull.front, hull.half_width, top)
         length, width, height = (entity.obstacle if isinstance(entity, Prop) else entity).size
         return (-length / 2, -width / 2, 0.0), (length / 2, width / 2, height)

@@ -66,7 +66,8 @@ def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
     that are NaN ("no measurement" of the LDS-02's driver) or 0 (of the LDS-01's). Inf is a
     measurement: nothing is there.
 
-    The limits are the narrower ones of the message and of the robot's lidar, if it is given.
+    The limits are the narrower ones of the message and of the robot's lidar, if it is given. Its
+    mount turns the angles, so that 0 is ahead of the base.
     """
     if len(message.ranges) > MOST_RAYS or not _has_angles(message):
         return None
@@ -78,7 +79,7 @@ def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
         return None
     return Scan(
         stamp_s=stamp_of(message.header),
-        angle_min=message.angle_min,
+        angle_min=message.angle_min + math.radians(lidar.yaw) if lidar else message.angle_min,
         angle_increment=message.angle_increment,
         range_min=nearest,
         range_max=farthest,

@@ -22,7 +22,7 @@ _KEYS: dict[FileKind, frozenset[str]] = {
     "scenario": frozenset(("scenario",)),
     "fleet": frozenset(("fleet",)),
     "mission": frozenset(("mission", "tree", "trees", "include")),
-    "robot": frozenset(("wheel_radius", "wheel_separation", "lidar", "hull", "base_mass")),
+    "robot": frozenset(("drive", "lidar", "body", "base_mass", "base_inertia")),
     "world": frozenset(("size", "walls", "boxes", "cylinders", "zones", "spawn", "slippery")),
     "requirements": frozenset(("requirements",)),
     "ranges": frozenset(("seeds", "worlds", "robots", "plans", "obstacles", "faults", "assume")),

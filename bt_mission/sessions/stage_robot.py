@@ -215,7 +215,7 @@ class StageRun(Run):
         return RobotSnapshot(
             time_ns=self.runner.now_ns,
             pose=robot.pose,
-            lidar=(spec.x, spec.y, 0.0),
+            lidar=(spec.x, spec.y, math.radians(spec.yaw)),
             ranges=robot.look_around(),
             reach=(spec.min_range, spec.max_range),
             charge=battery.percentage,

@@ -1,18 +1,23 @@
 """A robot's body in the MuJoCo model.
 
-The robot stands on two driven wheels and on its casters; velocity servos turn the wheels, and
-only their contact with the floor moves the base. Servo settings are those at which commanded
+A differential robot stands on two driven wheels and on its casters; velocity servos turn the
+wheels, and only their contact with the floor moves the base. `sim.robot.base` says how the others
+move. Servo settings are those at which commanded
 speeds are reached; what else was tried stands beside each.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
+import numpy as np
 
+from bt_mission.core.robot.body import BoxBody, CylinderBody
+from bt_mission.core.robot.drives import DifferentialDrive, OmnidirectionalDrive
 from bt_mission.core.robot.model import CameraModel, RobotModel
 from sim.physics.names import (
     ACCELEROMETER,
@@ -22,9 +27,11 @@ from sim.physics.names import (
     GRIP,
     LOOKS,
     OBSTACLE_BIT,
+    PUSH,
     ROBOT,
     SCREEN_BIT,
     SCREENS,
+    SERVOS,
     SLIDE,
     SOLIMP,
     SOLREF,
@@ -45,13 +52,12 @@ The 0.01 of ROBOTIS's own MuJoCo model gives the wheels momentum enough to hop a
 _SERVO_GAIN = 0.15
 """N m s: a wheel follows its command within about 15 ms."""
 
-_PUSH = 0.75
-"""The part of the wheels' grip that the motors can push with.
+_SERVO_S = 0.005
+"""The time in which the servos of a planar base follow: a car of 1 m/s in a bend of 1 rad/s then
+slides sideways at 5 mm/s."""
 
-A robot that drives against a wall then stalls and stands. With enough strength to slip, its wheels
-grip and slip in turns, and it trembles by 6 mm.
-"""
-
+_SUPPORT_M = 0.01
+"""The radius of a support without friction, under each wheel of a planar base."""
 
 Triple = tuple[float, float, float]
 
@@ -83,37 +89,98 @@ def add_robot(
     base.add_freejoint(name=prefix + BASE)
     base.add_geom(
         name=f"{prefix}hull",
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[edge / 2 for edge in robot.body.size],
-        pos=robot.body.centre,
+        **_shape_of(spec, robot, prefix),
         contype=contype,
         conaffinity=FLOOR_BIT | OBSTACLE_BIT | contype,
         friction=SLIDE,
         group=ROBOT,
     )
-    for index, caster in enumerate(robot.casters):
-        base.add_geom(
-            name=f"{prefix}caster {index}",
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[robot.caster_radius, 0, 0],
-            pos=caster,
-            contype=0,
-            conaffinity=FLOOR_BIT,
-            # The pair would take the floor's friction, which costs up to half of the speed.
-            condim=1,
-            priority=1,
-            group=ROBOT,
-            solref=SOLREF,
-            solimp=SOLIMP,
-        )
-    for name, side in zip(WHEELS, (1, -1), strict=True):
-        motor = _add_wheel(spec, base, robot, prefix + name, side=side, contype=contype)
-        motor.group = group
+    drive = robot.drive
+    if isinstance(drive, DifferentialDrive):
+        for index, caster in enumerate(drive.casters):
+            _add_support(base, f"{prefix}caster {index}", caster, drive.caster_radius)
+        for name, side in zip(WHEELS, (1, -1), strict=True):
+            motor = _add_wheel(spec, base, robot, drive, prefix + name, side=side, contype=contype)
+            motor.group = group
+    else:
+        _add_planar_drive(spec, base, robot, prefix, group)
     _add_sensors(spec, base, robot, prefix)
     if robot.camera is not None:
         _add_camera(spec, base, robot.camera, prefix)
     _add_looks(base, robot)
     return base
+
+
+def _shape_of(spec: mujoco.MjSpec, robot: RobotModel, prefix: str) -> dict[str, Any]:
+    """Return the shape of the body as the fields of a geom."""
+    body = robot.body
+    if isinstance(body, CylinderBody):
+        size = [body.radius, body.height / 2, 0]
+        return {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": size, "pos": body.centre}
+    if isinstance(body, BoxBody):
+        size = [edge / 2 for edge in body.size]
+        return {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": size, "pos": body.centre}
+    points = [(x, y, z) for z in body.heights for x, y in body.outline]
+    mesh = spec.add_mesh(name=f"{prefix}hull", uservert=np.array(points).ravel())
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": mesh.name}
+
+
+def _add_support(base: mujoco.MjsBody, name: str, at: Sequence[float], radius: float) -> None:
+    base.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[radius, 0, 0],
+        pos=at,
+        contype=0,
+        conaffinity=FLOOR_BIT,
+        # The pair would take the floor's friction, which costs up to half of the speed.
+        condim=1,
+        priority=1,
+        group=ROBOT,
+        solref=SOLREF,
+        solimp=SOLIMP,
+    )
+
+
+def _add_planar_drive(
+    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel, prefix: str, group: int
+) -> None:
+    """Add supports, and servos for the velocity ahead, to the left, and of turning."""
+    drive, height = robot.drive, robot.base_height
+    for index, (x, y) in enumerate(drive.places):
+        _add_support(base, f"{prefix}support {index}", (x, y, _SUPPORT_M - height), _SUPPORT_M)
+    # At the height of the centre of mass, so that the base does not pitch.
+    site = base.add_site(name=f"{prefix}drive", pos=[0, 0, robot.base_centre_of_mass[2]], group=5)
+    arm = math.hypot(robot.base_centre_of_mass[0], robot.base_centre_of_mass[1])
+    inertia = robot.base_inertia[2] + robot.base_mass * arm**2
+    for name, axis, moved in zip(
+        SERVOS, (0, 1, 5), (robot.base_mass,) * 2 + (inertia,), strict=True
+    ):
+        gear = [0.0] * 6
+        gear[axis] = 1.0
+        servo = spec.add_actuator(
+            name=prefix + name, target=site.name, trntype=mujoco.mjtTrn.mjTRN_SITE, gear=gear
+        )
+        servo.set_to_velocity(kv=moved / _SERVO_S)
+        servo.forcelimited = True
+        servo.forcerange = [-1.0, 1.0]  # the base sets it
+        servo.group = group
+    headings = (
+        [math.radians(wheel.heading) for wheel in drive.wheels]
+        if isinstance(drive, OmnidirectionalDrive)
+        else [0.0] * len(drive.places)
+    )
+    for (x, y), heading in zip(drive.places, headings, strict=True):
+        size = [drive.wheel_radius, drive.wheel_width / 2, 0]
+        at = [x, y, drive.wheel_radius - height]
+        _add_look(base, mujoco.mjtGeom.mjGEOM_CYLINDER, size, at).quat = _sideways(heading)
+
+
+def _sideways(yaw: float) -> list[float]:
+    """Return the rotation of an axis along z to one across a heading."""
+    c, s, half = math.cos(yaw / 2), math.sin(yaw / 2), math.sqrt(0.5)
+    return [c * half, c * half, s * half, s * half]
 
 
 def add_screen(base: mujoco.MjsBody, robot: RobotModel, height: float, colour: str) -> None:
@@ -134,17 +201,18 @@ def _add_wheel(
     spec: mujoco.MjSpec,
     base: mujoco.MjsBody,
     robot: RobotModel,
+    drive: DifferentialDrive,
     name: str,
     *,
     side: int,
     contype: int,
 ) -> mujoco.MjsActuator:
-    radius, width = robot.wheel_radius, robot.wheel_width
+    radius, width = drive.wheel_radius, drive.wheel_width
     wheel = base.add_body(
         name=name,
-        pos=[0, side * robot.wheel_y, radius - robot.base_height],
-        mass=robot.wheel_mass,
-        inertia=robot.wheel_inertia,
+        pos=[0, side * drive.wheel_y, radius - robot.base_height],
+        mass=drive.wheel_mass,
+        inertia=drive.wheel_inertia,
         ipos=[0, 0, 0],  # without it, MuJoCo uses `pos`, and the wheel runs out of balance
         explicitinertial=True,
     )
@@ -163,20 +231,20 @@ def _add_wheel(
         solimp=SOLIMP,
     )
     tyre = _add_look(wheel, mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, width / 2, 0], [0, 0, 0])
-    tyre.quat = [math.sqrt(0.5), math.sqrt(0.5), 0, 0]
+    tyre.quat = _sideways(0.0)
     motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.set_to_velocity(kv=_SERVO_GAIN)
-    most = _PUSH * _grip_torque(robot)
+    most = PUSH * _grip_torque(robot, drive)
     motor.forcelimited = True
     motor.forcerange = [-most, most]
     return motor
 
 
-def _grip_torque(robot: RobotModel) -> float:
+def _grip_torque(robot: RobotModel, drive: DifferentialDrive) -> float:
     """Return the torque, N m, at which a wheel on the level begins to slip."""
-    on_casters = robot.base_centre_of_mass[0] / robot.casters[0][0]
-    on_wheels = 9.81 * (robot.base_mass * (1 - on_casters) + 2 * robot.wheel_mass)
-    return GRIP[0] * on_wheels / 2 * robot.wheel_radius
+    on_casters = robot.base_centre_of_mass[0] / drive.casters[0][0]
+    on_wheels = 9.81 * (robot.base_mass * (1 - on_casters) + 2 * drive.wheel_mass)
+    return GRIP[0] * on_wheels / 2 * drive.wheel_radius
 
 
 def _add_sensors(spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel, prefix: str) -> None:
@@ -231,6 +299,19 @@ def looks(robot: RobotModel) -> list[LookShape]:
     length, width, height = robot.body.size
     x, y, z = robot.body.centre
     plate = 0.004
+    if isinstance(robot.body, CylinderBody):
+        lidar_at = (robot.lidar.x, robot.lidar.y, robot.lidar.z - 0.005)
+        radius = robot.body.radius
+        return [
+            LookShape("cylinder", (radius, height / 2, 0.0), (x, y, z), "#3a3f44"),
+            LookShape("cylinder", (0.035, 0.02, 0.0), lidar_at, "black"),
+            LookShape(
+                "box",
+                (0.006, width / 4, 0.006),
+                (x + radius * 0.85, y, z + height / 2),
+                "orange",
+            ),
+        ]
     plates = [
         LookShape(
             "box",

@@ -13,6 +13,7 @@ MOVER_PREFIX = "mover/"
 PROPS = "props"
 PROP_PREFIX = "prop/"
 WHEELS = ("wheel_left", "wheel_right")
+SERVOS = ("servo_ahead", "servo_left", "servo_turn")
 FLOOR_CONTACTS = "floor contacts"
 ACCELEROMETER = "accelerometer"
 CAMERA = "camera"
@@ -34,6 +35,13 @@ SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 # Friction: sliding, torsional, rolling. MuJoCo takes the larger of the two that touch.
 GRIP = (1.0, 0.005, 0.0001)  # rubber on a clean floor
 SLIDE = (0.4, 0.005, 0.0001)  # plastic along a wall
+
+PUSH = 0.75
+"""The part of the wheels' grip that the motors can push with.
+
+A robot that drives against a wall then stalls and stands. With enough strength to slip, its wheels
+grip and slip in turns, and it trembles by 6 mm.
+"""
 
 GEAR_FRICTION = 0.1
 """N m: the torque with which a motor's gear brakes a wheel without power (frictionloss of the

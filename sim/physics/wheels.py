@@ -41,6 +41,11 @@ class Grip:
         # The larger friction of two bodies counts, unless one takes precedence.
         self._model.geom_priority[wheel] = coefficient < GRIP[0]
 
+    def at(self, x: float, y: float) -> float:
+        """Return the friction of the floor at a place of the map (m), for a base without wheels."""
+        inside = np.hypot(self._places[:, 0] - x, self._places[:, 1] - y) < self._radii
+        return float(self._coefficients[inside].min()) if inside.any() else GRIP[0]
+
     def apply(self, data: mujoco.MjData) -> None:
         """Set it for the next step, by the places at the beginning of the one before."""
         for wheel in self._wheels:

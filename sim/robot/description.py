@@ -9,6 +9,8 @@ import math
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
+from bt_mission.core.robot.body import CylinderBody
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import RobotModel
 from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.physics.body import looks
@@ -22,27 +24,32 @@ _CAMERA = (0.02, 0.06, 0.02)
 
 def description(robot: RobotModel) -> str:
     """Return the URDF of a robot; its links are the frames of `tf` and `tf_static`."""
-    root = ET.Element("robot", name=f"turtlebot3_{robot.name}")
+    family = "turtlebot3_" if robot.name in ("burger", "waffle") else ""
+    root = ET.Element("robot", name=family + robot.name)
     links = {BASE_FOOTPRINT: ET.SubElement(root, "link", name=BASE_FOOTPRINT)}
     for frame in fixed_frames(robot):
         links[frame.child] = ET.SubElement(root, "link", name=frame.child)
         _add_joint(root, frame)
     _dress_base(links[BASE_LINK], robot)
     for name, link in links.items():
-        if name.startswith("wheel_"):
+        if _is_wheel(name):
             _dress_wheel(link, robot)
         elif name.startswith("caster_"):
             for use in ("visual", "collision"):
                 ball = _shape(link, use, "sphere", colour="black")
-                ball.set("radius", _number(robot.caster_radius))
+                ball.set("radius", _number(robot.drive.caster_radius))  # type: ignore[union-attr]
         elif name == CAMERA_LINK:
             _shape(link, "visual", "box", colour="black").set("size", _numbers(_CAMERA))
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
+def _is_wheel(link: str) -> bool:
+    return link.startswith("wheel_") or link.endswith("_wheel_link")
+
+
 def _add_joint(root: ET.Element, frame: FramePose) -> None:
-    turns = frame.child.startswith("wheel_")
+    turns = _is_wheel(frame.child)
     name = frame.child.removesuffix("_link") + "_joint"
     joint = ET.SubElement(root, "joint", name=name, type="continuous" if turns else "fixed")
     ET.SubElement(joint, "parent", link=frame.parent)
@@ -62,17 +69,25 @@ def _dress_base(link: ET.Element, robot: RobotModel) -> None:
         else:
             shape.set("radius", _number(first))
             shape.set("length", _number(2 * second))
-    _shape(link, "collision", "box", robot.body.centre).set("size", _numbers(robot.body.size))
+    body = robot.body
+    if isinstance(body, CylinderBody):
+        hull = _shape(link, "collision", "cylinder", body.centre)
+        hull.set("radius", _number(body.radius))
+        hull.set("length", _number(body.height))
+    else:  # URDF has no polygons: the box around it
+        _shape(link, "collision", "box", body.centre).set("size", _numbers(body.size))
 
 
 def _dress_wheel(link: ET.Element, robot: RobotModel) -> None:
     """Add the shape of a wheel, whose z axis is along the axle."""
-    along_x, axle, along_z = robot.wheel_inertia
-    _add_mass(link, robot.wheel_mass, (along_x, along_z, axle), (0.0, 0.0, 0.0))
+    drive = robot.drive
+    if isinstance(drive, DifferentialDrive):
+        along_x, axle, along_z = drive.wheel_inertia
+        _add_mass(link, drive.wheel_mass, (along_x, along_z, axle), (0.0, 0.0, 0.0))
     for use in ("visual", "collision"):
         tyre = _shape(link, use, "cylinder", colour="black")
-        tyre.set("radius", _number(robot.wheel_radius))
-        tyre.set("length", _number(robot.wheel_width))
+        tyre.set("radius", _number(drive.wheel_radius))
+        tyre.set("length", _number(drive.wheel_width))
 
 
 def _add_mass(link: ET.Element, mass: float, moments: Sequence[float], at: Vector) -> None:

@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
+from bt_mission.core.robot.drives import AckermannDrive
 from bt_mission.core.robot.model import RobotModel
+
+_STRAIGHT = 1e-6
+_STEERED_RAD = 0.1
+"""A car drives off once its front wheels stand this near to the wanted angle, as a driver does."""
 
 
 @dataclass
-class DifferentialDrive:
+class DifferentialController:
     """Computes wheel speeds from commands, one physics step at a time."""
 
     robot: RobotModel
@@ -31,15 +37,17 @@ class DifferentialDrive:
     """From when on :meth:`step` has something new for the wheels, ns."""
     _powered: bool = field(default=True, init=False)
 
-    def command(self, linear: float, angular: float, time_ns: int) -> None:
+    def command(self, linear: float, angular: float, time_ns: int, lateral: float = 0.0) -> None:
         """Command a velocity (m/s, rad/s), for the command timeout from `time_ns` on.
+
+        Of a velocity to the left (`lateral`, m/s) only bases that slide make use.
 
         A command from an earlier time holds for the rest of that time, if any.
 
         Raises ValueError if one of them is not finite; the last command then stays. Without power a
         command is ignored.
         """
-        if not (math.isfinite(linear) and math.isfinite(angular)):
+        if not (math.isfinite(linear) and math.isfinite(angular) and math.isfinite(lateral)):
             raise ValueError(f"expected a finite velocity, got {linear} m/s and {angular} rad/s")
         if not self._powered:
             return
@@ -77,10 +85,67 @@ class DifferentialDrive:
         )
         if self.linear == self._target_linear and self.angular == self._target_angular:
             self.due_ns = self._expires_ns if self.linear or self.angular else math.inf
-        across = self.angular * robot.wheel_separation / 2
-        return (self.linear - across) / robot.wheel_radius, (
+        wheels: Any = robot.drive
+        across = self.angular * wheels.wheel_separation / 2
+        return (self.linear - across) / wheels.wheel_radius, (
             self.linear + across
-        ) / robot.wheel_radius
+        ) / wheels.wheel_radius
+
+
+@dataclass
+class PlanarController(DifferentialController):
+    """Computes the velocity of a base from commands: ahead, to the left, and turned to the left.
+
+    A base that does not slide ignores commands to the left. A car steers: it turns only while it
+    drives, no sharper than its front wheels allow, and these turn at a limited rate.
+    """
+
+    lateral: float = 0.0
+    """The present velocity command to the left, m/s."""
+    steering: float = field(default=0.0, init=False)
+    """The present angle of a car's front wheels, rad, left positive."""
+    _target_lateral: float = field(default=0.0, init=False)
+
+    def command(self, linear: float, angular: float, time_ns: int, lateral: float = 0.0) -> None:
+        """Command a velocity; see :meth:`DifferentialController.command`."""
+        super().command(linear, angular, time_ns, lateral)
+        if self._powered:
+            self._target_lateral = _clip(lateral, self.robot.drive.slide_velocity)
+
+    def switch(self, *, on: bool) -> None:
+        """Give or take the motors' power. Either way the last command is forgotten."""
+        super().switch(on=on)
+        self.lateral = self._target_lateral = 0.0
+
+    def move(self, time_ns: int) -> tuple[float, float, float]:
+        """Take the step that begins at `time_ns`; return m/s ahead, m/s to the left, rad/s."""
+        if time_ns >= self._expires_ns:
+            self._target_linear = self._target_angular = self._target_lateral = 0.0
+        robot, drive = self.robot, self.robot.drive
+        most = robot.max_linear_acceleration * self.step_s
+        if isinstance(drive, AckermannDrive):
+            return self._steer(drive, most)
+        self.linear = _toward(self.linear, self._target_linear, most)
+        self.lateral = _toward(self.lateral, self._target_lateral, most)
+        self.angular = _toward(
+            self.angular, self._target_angular, robot.max_angular_acceleration * self.step_s
+        )
+        return self.linear, self.lateral, self.angular
+
+    def _steer(self, drive: AckermannDrive, most: float) -> tuple[float, float, float]:
+        wanted, turn = self._target_linear, self._target_angular
+        angle = self.steering
+        if abs(wanted) > _STRAIGHT:
+            angle = math.atan(drive.wheelbase * turn / wanted)
+        angle = _clip(angle, drive.max_steering_angle)
+        self.steering = _toward(self.steering, angle, drive.max_steering_velocity * self.step_s)
+        if abs(angle - self.steering) > _STEERED_RAD and (
+            abs(self.linear) < most or (self.linear > 0) != (wanted > 0)
+        ):
+            wanted = 0.0
+        self.linear = _toward(self.linear, wanted, most)
+        self.angular = self.linear * math.tan(self.steering) / drive.wheelbase
+        return self.linear, 0.0, self.angular
 
 
 def _clip(value: float, limit: float) -> float:

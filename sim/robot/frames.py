@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
+from bt_mission.core.robot.drives import DifferentialDrive, OmnidirectionalDrive
 from bt_mission.core.robot.model import RobotModel
 from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.sensors.kinds import sensors_of
-
-WHEEL_JOINTS = ("wheel_left_joint", "wheel_right_joint")
 
 # A quarter turn about x to the right: z along the axle to the left.
 _SIDEWAYS: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
@@ -16,16 +15,30 @@ _SIDEWAYS: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 
 def fixed_frames(robot: RobotModel) -> list[FramePose]:
     """Return all frames below `base_footprint`. Wheels are shown as at the start."""
-    axle_z = robot.wheel_radius - robot.base_height
+    drive = robot.drive
+    axle_z = drive.wheel_radius - robot.base_height
+    casters = drive.casters if isinstance(drive, DifferentialDrive) else ()
     return [
         FramePose(BASE_FOOTPRINT, BASE_LINK, (0.0, 0.0, robot.base_height)),
-        FramePose(BASE_LINK, "wheel_left_link", (0.0, robot.wheel_y, axle_z), _SIDEWAYS),
-        FramePose(BASE_LINK, "wheel_right_link", (0.0, -robot.wheel_y, axle_z), _SIDEWAYS),
-        *(FramePose(BASE_LINK, _caster(at), at, _SIDEWAYS) for at in robot.casters),
+        *(
+            FramePose(BASE_LINK, f"{name}_link", (x, y, axle_z), _axle(robot, index))
+            for index, (name, (x, y)) in enumerate(zip(drive.names, drive.places, strict=True))
+        ),
+        *(FramePose(BASE_LINK, _caster(at), at, _SIDEWAYS) for at in casters),
         *(frame for kind in sensors_of(robot) for frame in kind.frames(robot)),
     ]
 
 
+def _axle(robot: RobotModel, index: int) -> Quaternion:
+    """Return the rotation of a wheel's frame: z along its axle to the left of its heading."""
+    if not isinstance(robot.drive, OmnidirectionalDrive):
+        return _SIDEWAYS
+    half = math.radians(robot.drive.wheels[index].heading) / 2
+    x, _, _, w = _SIDEWAYS
+    return math.cos(half) * x, math.sin(half) * x, math.sin(half) * w, math.cos(half) * w
+
+
 def _caster(at: Vector) -> str:
+    end = "front" if at[0] > 0 else "back"
     side = "_left" if at[1] > 0 else "_right" if at[1] < 0 else ""
-    return f"caster_back{side}_link"
+    return f"caster_{end}{side}_link"

@@ -15,18 +15,17 @@ from sim.faults import PartFaults, RobotFaultState, WheelFaults
 from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
 from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
-from sim.physics.names import BASE, STEP_NS, WHEELS
+from sim.physics.names import BASE
 from sim.physics.physics import Physics
 from sim.physics.pushes import Frame, Pushes
 from sim.physics.spawn import RobotSpawn
-from sim.physics.wheels import Wheels
 from sim.robot import fit
-from sim.robot.drive import DifferentialDrive
+from sim.robot.base import base_of
 from sim.robot.localization import Localization, LocalizationError
 from sim.sensors.battery import Battery, BatterySensor
 from sim.sensors.kinds import SENSORS, sensors_of
 from sim.sensors.lidar import LidarSensor
-from sim.sensors.odometry import NO_ODOMETRY_FAULTS, Encoders, JointFaults, Odometry
+from sim.sensors.odometry import NO_ODOMETRY_FAULTS, JointFaults, Odometry, PlanarOdometry
 from sim.sensors.sensor import Mount, Sensor
 
 PARTS: Mapping[str, PartFaults] = {
@@ -63,9 +62,9 @@ class SimulatedRobot:
         """The number of collisions with each other robot, by its name."""
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
-        self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + 9]
-        self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 8]
-        self._wheels = Wheels(model, physics.grip, prefix)
+        self._base = base_of(physics, self.robot, seed, prefix)
+        self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + self._base.velocities + 1]
+        self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + self._base.velocities]
         self._pushes = Pushes(model, data, prefix)
         present = sensors_of(self.robot)
         lacks = {
@@ -73,11 +72,8 @@ class SimulatedRobot:
             for kind in SENSORS
             if kind not in present
         }
-        self.faults = RobotFaultState(PARTS, self._wheels.set_faults, lacks)
+        self.faults = RobotFaultState(PARTS, self._base.set_faults, lacks)
         """The present faults."""
-        motor = model.actuator(prefix + WHEELS[0]).id
-        self._ctrl = data.ctrl[motor : motor + 2]
-        self._motor_bit = 1 << int(model.actuator_group[motor])
         self._contacts = Contacts(model, physics.names, prefix)
         self._new_collisions: list[Collision] = []
         self._gauge = robot_gauge(model, physics.names, prefix)
@@ -91,10 +87,7 @@ class SimulatedRobot:
         self.sensors = tuple(kind(mount) for kind in present)
         """In the order in which they measure at one instant."""
         self._lidar, self._battery = self.sensor(LidarSensor), self.sensor(BatterySensor)
-        self._encoders = Encoders(self.robot.sensors.odometry.slip, seed, prefix)
-        self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9)
         self.command_timeout_factor = 1.0
-        self.odometry = Odometry(self.robot)
         self.localization = Localization(None, seed, entrant.name)
         self.motors_on = True
         self._way = self._rest_z = 0.0
@@ -106,12 +99,10 @@ class SimulatedRobot:
         self._pushes.forget()
         for sensor in self.sensors:
             sensor.restart()
-        self._encoders.start(*self._qpos[7:9].tolist())
+        self._base.restart()
         self._milestone = self.pose[:2]
         self._rest_z = float(self._qpos[2])
-        self._drive = DifferentialDrive(
-            self.robot, STEP_NS / 1e9, command_timeout_factor=self.command_timeout_factor
-        )
+        self._base.new_controller(self.command_timeout_factor)
         self._contacts.forget()
         self.localization.restart()
         self._switch_motors(on=True)
@@ -128,7 +119,8 @@ class SimulatedRobot:
 
     def scale_command_timeout(self, factor: float) -> None:
         """Let the next commands hold for `factor` times the robot's command timeout."""
-        self.command_timeout_factor = self._drive.command_timeout_factor = factor
+        self.command_timeout_factor = factor
+        self._base.controller.command_timeout_factor = factor
 
     def live_with(self, nature: Mapping[str, float]) -> None:
         """Have sensors, wheels and localization be as a nature has them.
@@ -162,12 +154,16 @@ class SimulatedRobot:
     @property
     def command_timeout_s(self) -> float:
         """The time for which a command holds, s."""
-        return self._drive.timeout_s
+        return self._base.controller.timeout_s
 
     # ---- driving -------------------------------------------------------------------------
 
-    def command(self, linear: float, angular: float, stamp_ns: int = 0) -> float:
+    def command(
+        self, linear: float, angular: float, stamp_ns: int = 0, lateral: float = 0.0
+    ) -> float:
         """Command a velocity, m/s and rad/s; it holds for the robot's command timeout.
+
+        `lateral` is a velocity to the left, for a base that slides.
 
         The timeout counts from the stamp, so that a delay does not prolong it. Without a stamp (0),
         or with one of the future, as from another clock, it counts from now.
@@ -177,13 +173,13 @@ class SimulatedRobot:
         """
         now_ns = self.physics.time_ns
         commanded_ns = stamp_ns if 0 < stamp_ns < now_ns else now_ns
-        self._drive.command(linear, angular, commanded_ns)
+        self._base.controller.command(linear, angular, commanded_ns, lateral)
         return (now_ns - commanded_ns) / 1e9
 
     @property
     def commanded(self) -> tuple[float, float]:
         """The velocity that the base now commands to its wheels, after limits and ramp."""
-        return self._drive.linear, self._drive.angular
+        return self._base.controller.linear, self._base.controller.angular
 
     def power_motors(self, *, on: bool) -> bool:
         """Switch the motors; without power the base rolls to rest.
@@ -198,16 +194,14 @@ class SimulatedRobot:
 
     def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
         """Return the functions to call before and after a step of the physics."""
-        drive, ctrl = self._drive, self._ctrl
         qpos = self._qpos
         x, y = self._milestone
-        pushes, acting = self._pushes, self._pushes.acting
+        pushes = self._pushes
 
-        def before(now_ns: int) -> None:
-            if now_ns >= drive.due_ns:
-                ctrl[:] = drive.step(now_ns)
-            if acting:
-                pushes.apply(now_ns, self.pose[2])
+        def push(now_ns: int) -> None:
+            pushes.apply(now_ns, self.pose[2])
+
+        before = self._base.before(pushes.acting, push)
 
         def after() -> None:
             nonlocal x, y
@@ -264,7 +258,8 @@ class SimulatedRobot:
         (x, y, yaw), (vx, vy, turn) = pose, velocity
         before = self._qpos.copy(), self._qvel.copy()
         self._qpos[:7] = x, y, self._rest_z, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
-        self._qvel[:] = vx, vy, 0.0, 0.0, 0.0, turn, 0.0, 0.0
+        self._qvel[:] = 0.0
+        self._qvel[[0, 1, 5]] = vx, vy, turn
         self.physics.put_in_place()
         room = self.clearance(within=0.0)
         if room.distance < -fit.TOUCHING:
@@ -332,18 +327,25 @@ class SimulatedRobot:
     # ---- odometry and sensors -------------------------------------------------------------
 
     @property
-    def wheels(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Angles (rad, since the start) and speeds (rad/s) of the left and the right wheel."""
-        left, right = self._qpos[7:9].tolist()
-        left_speed, right_speed = self._qvel[6:8].tolist()
-        return self._encoders.angles(left, right), (left_speed, right_speed)
+    def joints(self) -> tuple[str, ...]:
+        """The names of the joints of wheels, and of steering."""
+        return self._base.joints
 
-    def read_odometry(self) -> Odometry:
+    @property
+    def wheels(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Angles (rad, since the start) and speeds (rad/s) of the joints."""
+        return self._base.wheels
+
+    @property
+    def odometry(self) -> Odometry | PlanarOdometry:
+        """The odometry as it was last read."""
+        return self._base.odometry
+
+    def read_odometry(self) -> Odometry | PlanarOdometry:
         """Return odometry, updated to now, and update the battery."""
         time_ns = self.physics.time_ns
         if time_ns != self.odometry.time_ns:
-            turned = self._encoders.read(*self._qpos[7:9].tolist())
-            self.odometry.read(*self.wheels[0], time_ns, self.faults.now["odometry"])
+            turned = self._base.read(time_ns, self.faults.now["odometry"])
             battery = self._battery.battery
             battery.use(time_ns, turned if self.motors_on else 0.0)
             if self.motors_on and battery.is_empty:
@@ -352,7 +354,7 @@ class SimulatedRobot:
 
     def reset_odometry(self) -> None:
         """Reckon from here on: pose (0, 0, 0)."""
-        self.odometry = Odometry(self.robot)
+        self._base.reset_odometry()
         self.read_odometry()
 
     def scan(self, index: int) -> npt.NDArray[np.float32]:
@@ -366,12 +368,5 @@ class SimulatedRobot:
     # ---- inside --------------------------------------------------------------------------
 
     def _switch_motors(self, *, on: bool) -> None:
-        options = self.physics.model.opt
         self.motors_on = on
-        self._drive.switch(on=on)
-        self._ctrl[:] = 0.0
-        if on:
-            options.disableactuator &= ~self._motor_bit
-        else:
-            options.disableactuator |= self._motor_bit
-        self._wheels.power(on=on)
+        self._base.switch(on=on)

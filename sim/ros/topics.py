@@ -7,7 +7,7 @@ names begin with the robot's prefix.
 from __future__ import annotations
 
 import array
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
@@ -31,7 +31,7 @@ from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
 from sim import frames
 from sim.robot.description import description
-from sim.robot.frames import WHEEL_JOINTS, fixed_frames
+from sim.robot.frames import fixed_frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
@@ -103,7 +103,11 @@ class RobotPublishers:
         self._make_collisions()
         self._make_base()
         self._make_motors()
-        self._commands = Picker(decoder_of(COMMAND_TYPES[command_type]), _COMMAND[command_type])
+        fields = _COMMAND[command_type]
+        if robot.robot.drive.slide_velocity:
+            fields = (*fields, fields[-2].removesuffix("x") + "y")
+        self._slides = len(fields) > len(_COMMAND[command_type])
+        self._commands = Picker(decoder_of(COMMAND_TYPES[command_type]), fields)
         node.create_subscription(
             TwistStamped if command_type == "stamped" else Twist,
             self._name("cmd_vel"),
@@ -133,16 +137,20 @@ class RobotPublishers:
 
     def _on_command(self, data: bytes) -> None:
         try:
-            *stamp, linear, angular = self._commands.pick(data).numbers
+            numbers: Sequence[Any] = self._commands.pick(data).numbers
+            lateral = 0.0
+            if self._slides:
+                *numbers, lateral = numbers
+            *stamp, linear, angular = numbers
             stamp_ns = stamp[0] * NS + stamp[1] if stamp else 0
             if stamp_ns:
                 stamp_ns += self._schedule.set_back_ns
-            age_s = self._robot.command(linear, angular, stamp_ns)
+            age_s = self._robot.command(linear, angular, stamp_ns, lateral)
         except ValueError as error:
             log_of(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
             return
         limit_s = self._robot.command_timeout_s
-        if age_s >= limit_s and (linear or angular):
+        if age_s >= limit_s and (linear or angular or lateral):
             why = f"{age_s:.2f} s old, more than the command timeout of {limit_s:g} s"
             log_of(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
 
@@ -185,8 +193,10 @@ class RobotPublishers:
 
     def _make_base(self) -> None:
         """Publish wheels, odometry, moving frames and true pose, all of one instant."""
-        turned = message_fields.header(JointState(name=list(WHEEL_JOINTS)), self._stamp, "")
-        turned.position, turned.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
+        robot, joints = self._robot, self._robot.joints
+        turned = message_fields.header(JointState(name=list(joints)), self._stamp, "")
+        still = array.array("d", (0.0,) * len(joints))
+        turned.position, turned.velocity = still, still
         reckoned = message_fields.header(
             OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
         )
@@ -202,14 +212,14 @@ class RobotPublishers:
             TFMessage(transforms=sent), *((frame, PLANAR_TRANSFORM) for frame in sent)
         )
         wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
-        odometry = self._packed(reckoned, (reckoned, PLANAR_MOTION))
+        slides = robot.robot.drive.slide_velocity > 0
+        sliding = (*PLANAR_MOTION, "twist.twist.linear.y")
+        odometry = self._packed(reckoned, (reckoned, sliding if slides else PLANAR_MOTION))
         truth = self._packed(true, (true, PLANAR_MOTION))
         wheels_out = self._publisher(JointState, "joint_states")
         odometry_out = self._publisher(OdometryMessage, "odom")
         moving_out = self._publisher(TFMessage, "tf", TRANSFORMS)
         truth_out = self._publisher(OdometryMessage, "ground_truth/odom")
-        robot = self._robot
-
         localises = self._localises
 
         def publish(_: int) -> None:
@@ -220,7 +230,9 @@ class RobotPublishers:
                 angles, speeds = robot.wheels
                 wheels_out.publish(wheels.packed(*angles, *speeds))
             if odometry_out.get_subscription_count() and not faults["odometry"].dead:
-                motion = reading.linear, reading.angular
+                motion: tuple[float, ...] = reading.linear, reading.angular
+                if slides:
+                    motion = (*motion, reading.lateral)
                 odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
             to_odom = robot.localization.map_to_odom(robot.pose, here, robot.physics.time_ns)
             if moving_out.get_subscription_count() and not faults["odometry"].dead:

@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.robot.model import LidarModel, RobotModel
 from sim.faults import SensorFaults, expected, within
+from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE, MARKS, SCREENS, SOLID
 from sim.sensors.noise import Noise
 from sim.sensors.sensor import Mount, Sensor
@@ -83,6 +84,7 @@ class Lidar:
         self.most_rays = (
             math.ceil(spec.rays * (1 + 6 * _TURN_JITTER)) if self._varies else spec.rays
         )
+        self._yaw = math.radians(spec.yaw)
         self._directions = np.zeros((self.most_rays, 3))
         self._vectors = np.empty_like(self._directions)
         self._distances = np.empty(self.most_rays)
@@ -92,7 +94,7 @@ class Lidar:
         self._noise = Noise(seed, f"{prefix}lidar", self.most_rays)
         self._turns = Noise(seed, f"{prefix}lidar turns", 1)
         self._gaps = Noise(seed, f"{prefix}lidar gaps", self.most_rays)
-        self._distortion = LidarDistortion(seed, prefix, self.most_rays)
+        self._distortion = LidarDistortion(seed, prefix, self.most_rays, spec)
         self._rays = 0
         self._aim(spec.rays)
 
@@ -166,14 +168,21 @@ class Lidar:
         """Spread that many rays over a turn."""
         if rays != self._rays:
             self._rays = rays
-            angles = np.arange(rays) * (math.tau / rays)
+            first, step = spec_angles(self._spec, rays)
+            angles = np.arange(rays) * step + (first + self._yaw)
             self._directions[:rays, 0], self._directions[:rays, 1] = np.cos(angles), np.sin(angles)
+
+
+def spec_angles(spec: LidarModel, rays: int) -> tuple[float, float]:
+    """Return the bearing of the first ray in the lidar's frame, and the step to the next, rad."""
+    return spec.angles if spec.sector else (0.0, math.tau / rays)
 
 
 class LidarDistortion:
     """Changes the true distances of a lidar before it makes readings of them."""
 
-    def __init__(self, seed: int, prefix: str, most_rays: int) -> None:
+    def __init__(self, seed: int, prefix: str, most_rays: int, spec: LidarModel) -> None:
+        self._spec = spec
         self._noise = Noise(seed, f"{prefix}lidar fault", most_rays)
         self._dropout = Noise(seed, f"{prefix}lidar dropout", most_rays)
 
@@ -194,17 +203,26 @@ class LidarDistortion:
         elif faults.dropout:
             missed |= self._dropout.at(index)[:rays] < NormalDist().inv_cdf(faults.dropout)
         for start, end in faults.sectors:
-            missed |= sector(rays, start, end)
+            missed |= sector(self._bearings(rays), start, end)
+
+    def _bearings(self, rays: int) -> npt.NDArray[np.float64]:
+        """Return the bearings of the rays from ahead of the base, deg."""
+        if self._spec.sector is None:
+            bearings = np.arange(rays) * (360 / rays)
+        else:
+            bearings = np.linspace(*self._spec.sector, rays)
+        return bearings.astype(np.float64) + self._spec.yaw
 
 
-def sector(rays: int, start_deg: float, end_deg: float) -> npt.NDArray[np.bool]:
-    """Return which rays of a full turn are between two bearings, counter-clockwise.
+def sector(
+    bearings: npt.NDArray[np.float64], start_deg: float, end_deg: float
+) -> npt.NDArray[np.bool]:
+    """Return which bearings (deg, left positive) are between two others, counter-clockwise.
 
-    Ray 0 looks ahead; both ends belong to it.
+    Both ends belong to it.
     """
     if end_deg - start_deg >= 360:
-        return np.ones(rays, dtype=np.bool)
-    bearings = np.arange(rays) * (360 / rays)
+        return np.ones(len(bearings), dtype=np.bool)
     # A ray at the start must not become just short of a full turn.
     beyond = np.round(bearings - start_deg, 9) % 360
     inside: npt.NDArray[np.bool] = beyond <= round(end_deg - start_deg, 9) % 360
@@ -220,6 +238,14 @@ class LidarSensor(Sensor):
     frame = "base_scan"
     is_reliable = False
     breaks = NO_LIDAR_FAULTS
+
+    @override
+    @classmethod
+    def frames(cls, robot: RobotModel) -> list[FramePose]:
+        spec = cls.figures(robot)
+        half = math.radians(spec.yaw) / 2
+        turned = (0.0, 0.0, math.sin(half), math.cos(half))
+        return [FramePose(BASE_LINK, cls.frame, (spec.x, spec.y, spec.z), turned)]
 
     def __init__(self, mount: Mount) -> None:
         super().__init__(mount)
@@ -240,11 +266,11 @@ class LidarSensor(Sensor):
         times between them are 0. LDS-02: ranges from 0 to 100 m, whatever the sensor measures.
         """
         spec = self.spec
-        step = math.tau / spec.rays
+        first, step = spec.angles
         least, most = (spec.min_range, spec.max_range) if self.fields else (0.0, 100.0)
         return {
-            "angle_min": 0.0,
-            "angle_max": step * (spec.rays - 1),
+            "angle_min": first,
+            "angle_max": first + step * (spec.rays - 1),
             "angle_increment": step,
             "range_min": least,
             "range_max": most,
@@ -260,14 +286,23 @@ class LidarSensor(Sensor):
         return self._last
 
     def look(self) -> npt.NDArray[np.float32]:
-        """Return the ranges now, m, with the noise of the newest measurement.
+        """Return the ranges of a full turn now, m, with the noise of the newest measurement.
 
         It changes nothing, so that a viewer does not change what a frozen lidar shows, and draws no
         noise.
         """
         if self.faults.frozen and self._last is not None:
-            return self._last
-        return self._lidar.measure(self.mount.physics.data, self._index, self.faults)
+            return self._turn(self._last)
+        return self._turn(self._lidar.measure(self.mount.physics.data, self._index, self.faults))
+
+    def _turn(self, ranges: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Return ranges as those of a full turn; the other directions read inf."""
+        if self.spec.sector is None:
+            return ranges
+        first, step = self.spec.angles
+        turn = np.full(round(math.tau / step), np.inf, dtype=np.float32)
+        turn[(np.arange(len(ranges)) + round(first / step)) % len(turn)] = ranges
+        return turn
 
     @override
     def numbers(self, index: int) -> list[float]:

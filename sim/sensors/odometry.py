@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
 
 from bt_mission.core.robot.model import RobotModel
 from sim.faults import PartFaults, SensorFaults, within
@@ -50,6 +54,7 @@ class Odometry:
     y: float = field(default=0.0, init=False)
     yaw: float = field(default=0.0, init=False)
     linear: float = field(default=0.0, init=False)
+    lateral: float = field(default=0.0, init=False)
     angular: float = field(default=0.0, init=False)
     _left: float = field(default=0.0, init=False)
     _right: float = field(default=0.0, init=False)
@@ -69,8 +74,9 @@ class Odometry:
         if time_ns == self.time_ns:
             return
         drift = self.robot.sensors.odometry
-        radius = self.robot.wheel_radius * (1 + drift.wheel_radius_error)
-        separation = self.robot.wheel_separation * (1 + drift.wheel_separation_error)
+        wheels: Any = self.robot.drive
+        radius = wheels.wheel_radius * (1 + drift.wheel_radius_error)
+        separation = wheels.wheel_separation * (1 + drift.wheel_separation_error)
         left_m, right_m = radius * (left - self._left), radius * (right - self._right)
         elapsed_s = (time_ns - self.time_ns) / 1e9
         if faults is not NO_ODOMETRY_FAULTS:
@@ -91,6 +97,64 @@ class Odometry:
         self._left, self._right, self.time_ns = left, right, time_ns
 
 
+class PlanarOdometry:
+    """Pose (m, m, rad) since the start, and velocity (m/s, rad/s), from any number of wheels.
+
+    The motion is the one that suits the turns of all wheels best.
+
+    Args:
+        robot: The robot, with the errors of its odometry.
+        rows: The rotation of each wheel (rad/s) per velocity ahead and to the left, m/s, and
+            turned to the left, rad/s.
+    """
+
+    def __init__(self, robot: RobotModel, rows: npt.NDArray[np.float64]) -> None:
+        self._options = robot.sensors.odometry
+        self._motion = np.linalg.pinv(rows)
+        if not robot.drive.slide_velocity:
+            self._motion[1] = 0.0
+        sides = [y > 0 for _, y in robot.drive.places]
+        self._is_left = np.array(sides)
+        self.x = self.y = self.yaw = 0.0
+        self.linear = self.lateral = self.angular = 0.0
+        self._angles: npt.NDArray[np.float64] | None = None
+        self.time_ns: int | None = None
+        """When it was last read."""
+
+    def read(
+        self,
+        angles: Sequence[float],
+        time_ns: int,
+        faults: OdometryFaults = NO_ODOMETRY_FAULTS,
+    ) -> None:
+        """Read the wheels' angles (rad) at `time_ns`; a repeated reading has no effect."""
+        now = np.array(angles)
+        if self._angles is None or self.time_ns is None:
+            self._angles, self.time_ns = now, time_ns
+        if time_ns == self.time_ns:
+            return
+        turned = (now - self._angles) * (1 + self._options.wheel_radius_error)
+        elapsed_s = (time_ns - self.time_ns) / 1e9
+        separation = 1 + self._options.wheel_separation_error
+        if faults is not NO_ODOMETRY_FAULTS:
+            left, right = faults.left_radius_error, faults.right_radius_error
+            turned *= np.where(self._is_left, 1 + left, 1 + right)
+            separation *= 1 + faults.separation_error
+        ahead, aside, turn = (self._motion @ turned).tolist()
+        turn /= separation
+        if faults is not NO_ODOMETRY_FAULTS:
+            ahead += faults.drift * elapsed_s
+            turn += math.radians(faults.turn_drift) * elapsed_s
+        middle, chord = self.yaw + turn / 2, _sinc(turn / 2)
+        cos, sin = math.cos(middle), math.sin(middle)
+        self.x += chord * (cos * ahead - sin * aside)
+        self.y += chord * (sin * ahead + cos * aside)
+        self.yaw = wrapped(self.yaw + turn)
+        self.linear, self.lateral = ahead / elapsed_s, aside / elapsed_s
+        self.angular = turn / elapsed_s
+        self._angles, self.time_ns = now, time_ns
+
+
 def wrapped(angle: float) -> float:
     """Return an angle (rad) in (-pi, pi]."""
     return math.pi - (math.pi - angle) % math.tau
@@ -101,39 +165,39 @@ def _sinc(angle: float) -> float:
 
 
 class Encoders:
-    """Angles of both wheels since the start, rad.
+    """Angles of the wheels since the start, rad.
 
     `slip` is the mean share of a wheel's turning without motion. Between two readings it varies by
     half of it (1 sigma), independently for each wheel, and is never negative.
     """
 
-    def __init__(self, slip: float, seed: int, prefix: str = "") -> None:
+    def __init__(self, slip: float, seed: int, prefix: str = "", wheels: int = 2) -> None:
         self._slip = slip
-        self._noise = Noise(seed, f"{prefix}encoders", 2)
-        self.start(0.0, 0.0)
+        self._noise = Noise(seed, f"{prefix}encoders", wheels)
+        self.start(*[0.0] * wheels)
 
-    def start(self, left: float, right: float) -> None:
+    def start(self, *angles: float) -> None:
         """Count from these angles on, as at the first time."""
         self._index = 0
-        self._start = self._last = (left, right)
-        self._in_vain = (0.0, 0.0)
+        self._start = self._last = angles
+        self._in_vain = (0.0,) * len(angles)
 
-    def read(self, left: float, right: float) -> float:
-        """Read the true angles. Return how far both wheels have turned together, rad."""
-        turned = left - self._last[0], right - self._last[1]
-        self._last = left, right
+    def read(self, *angles: float) -> float:
+        """Read the true angles. Return how far all wheels have turned together, rad."""
+        turned = [now - last for now, last in zip(angles, self._last, strict=True)]
+        self._last = angles
         if self._slip:
             shares = self._slip * (1 + self._noise.at(self._index) / 2).clip(min=0.0)
-            self._in_vain = (
-                self._in_vain[0] + turned[0] * float(shares[0]),
-                self._in_vain[1] + turned[1] * float(shares[1]),
+            self._in_vain = tuple(
+                vain + each * float(share)
+                for vain, each, share in zip(self._in_vain, turned, shares, strict=True)
             )
             self._index += 1
-        return abs(turned[0]) + abs(turned[1])
+        return sum(map(abs, turned))
 
-    def angles(self, left: float, right: float) -> tuple[float, float]:
+    def angles(self, *angles: float) -> tuple[float, ...]:
         """Return the reading of the encoders at the true angles."""
-        return (
-            left - self._start[0] + self._in_vain[0],
-            right - self._start[1] + self._in_vain[1],
+        return tuple(
+            now - start + vain
+            for now, start, vain in zip(angles, self._start, self._in_vain, strict=True)
         )

@@ -23,7 +23,7 @@ from sim.physics.history import ModelCopy, SimulationState, pose_of
 from sim.physics.names import BASE, CAMERA, LOOKS, ROBOT
 from sim.robot.robot import SimulatedRobot
 from sim.sensors.canvas import Canvas, Image
-from sim.sensors.lidar import Lidar
+from sim.sensors.lidar import Lidar, spec_angles
 from sim.views.overview import Overview, OverviewPatch
 
 _FOVY = 45.0
@@ -100,7 +100,8 @@ class WorldViews:
         spec = self._robot.lidar
         x += spec.x * math.cos(yaw) - spec.y * math.sin(yaw)
         y += spec.x * math.sin(yaw) + spec.y * math.cos(yaw)
-        bearings = yaw + np.linspace(0.0, math.tau, len(ranges), endpoint=False)
+        first, step = spec_angles(spec, len(ranges))
+        bearings = yaw + math.radians(spec.yaw) + first + step * np.arange(len(ranges))
         points = np.stack([x + ranges * np.cos(bearings), y + ranges * np.sin(bearings)], axis=1)
         points_seen: npt.NDArray[np.float64] = points[np.isfinite(ranges) & (ranges > 0)]
         return points_seen

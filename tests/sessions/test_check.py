@@ -24,7 +24,7 @@ def test_a_world_or_robot_from_the_command_line_is_told_as_such():
     """There is no line in the file to point at."""
     text = "mission: m\nworld: dqn_stage4\ntree: {wait: 1}"
     (robot, world) = sorted(first_lines(text, world="x", robot="y"))
-    assert robot.startswith("--robot: error: unknown robot 'y' (known: burger, waffle)")
+    assert robot.startswith("--robot: error: unknown robot 'y' (known: burger, turtlebot4, waffle)")
     assert world.startswith("--world: error: unknown world 'x' (known: ")
     assert first_lines(text) == []
 

@@ -7,50 +7,36 @@ positions are those of `base_link`, below the middle of the axle.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from bt_mission.core import files
+from bt_mission.core.robot.body import Body, Hull
+from bt_mission.core.robot.drives import Drive
+from bt_mission.core.robot.parts import (
+    NotNegative,
+    Number,
+    Point3,
+    Positive,
+    RobotPart,
+    Size3,
+)
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 
-_TOLERANCE = 1e-6
-"""Metres by which figures that follow from each other may differ."""
+_WHOLE_DIGITS = 9
+"""Decimals of a hull in m: without the error of a sum."""
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Error = Annotated[float, Field(ge=-0.5, le=0.5, allow_inf_nan=False)]
+Bearing = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-Point3 = tuple[Number, Number, Number]
-Size3 = tuple[Positive, Positive, Positive]
 LidarName = Literal["LDS-01", "LDS-02"]
 
 LDS_02_SAMPLES = 2300.0
 """Readings a second of an LDS-02, however fast it turns [ROBOTIS e-manual]."""
-
-
-class RobotPart(BaseModel):
-    """Figures of a part: immutable, without unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
-
-
-class Body(RobotPart):
-    """The box that represents the body: edges along x, y, z, and centre."""
-
-    size: Size3
-    centre: Point3
-
-
-class Hull(RobotPart):
-    """The rectangle around body and wheels from above, from the middle of the axle."""
-
-    front: Positive
-    rear: Annotated[float, Field(lt=0, allow_inf_nan=False)]
-    half_width: Positive
 
 
 class MountedSensor(RobotPart):
@@ -63,9 +49,11 @@ class MountedSensor(RobotPart):
 
 
 class LidarModel(MountedSensor):
-    """A planar lidar: place, ranges, rays per turn, rate, noise (1 sigma).
+    """A planar lidar: place, ranges (m), rays per scan, rate, noise (1 sigma).
 
-    With `model` LDS-02 the number of rays varies around `rays`.
+    `yaw` is the bearing of its ray 0, deg. `sector` are the bearings of its first and its last ray
+    from there, deg, left positive; without it, it measures a full turn. With `model` LDS-02 the
+    number of rays varies around `rays`.
     """
 
     min_range: NotNegative
@@ -73,6 +61,8 @@ class LidarModel(MountedSensor):
     rays: Annotated[int, Field(ge=1, le=10_000)]
     noise_std: NotNegative
     model: LidarName = "LDS-01"
+    yaw: Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)] = 0.0
+    sector: tuple[Bearing, Bearing] | None = None
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> LidarModel:
@@ -81,6 +71,28 @@ class LidarModel(MountedSensor):
                 f"min_range {self.min_range} m must be below max_range {self.max_range} m"
             )
         return self
+
+    @model_validator(mode="after")
+    def _sector_in_order(self) -> LidarModel:
+        if self.sector is None:
+            return self
+        first, last = self.sector
+        if not 0 < last - first < 360:
+            raise ValueError(
+                f"sector must reach from a smaller to a larger bearing, less than a full turn,"
+                f" got {first:g} to {last:g} deg; leave it out for a full turn"
+            )
+        if self.rays < 2 or self.model == "LDS-02":
+            raise ValueError("a sector has two rays or more; an LDS-02 measures a full turn")
+        return self
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """The bearing of the first ray in the frame of the lidar, and the step to the next, rad."""
+        if self.sector is None:
+            return 0.0, math.tau / self.rays
+        first, last = self.sector
+        return math.radians(first), math.radians(last - first) / (self.rays - 1)
 
     def as_model(self, model: LidarName) -> LidarModel:
         """Return a lidar of that model at the same place and rate. Figures: ROBOTIS e-manual."""
@@ -170,10 +182,9 @@ class SensorsModel(RobotPart):
 
 
 class RobotModel(RobotPart):
-    """A differential-drive robot, in m, s, kg, rad and Hz unless another unit is named.
+    """A mobile base, in m, s, kg, rad and Hz unless another unit is named.
 
-    `robots/*.yaml` has the source of every number. Control and odometry use `wheel_separation`; the
-    real separation is `2 * wheel_y`.
+    `robots/*.yaml` has the source of every number.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -183,20 +194,12 @@ class RobotModel(RobotPart):
     max_angular_acceleration: Positive
     command_timeout: Positive = 0.2
     control_rate: Positive = 20.0
-    wheel_radius: Positive
-    wheel_width: Positive
-    wheel_separation: Positive
-    wheel_y: Positive
-    base_height: Positive
+    drive: Drive
+    base_height: NotNegative
     base_mass: Positive
     base_inertia: Size3
     base_centre_of_mass: Point3
-    wheel_mass: Positive
-    wheel_inertia: Size3
     body: Body
-    caster_radius: Positive
-    casters: Annotated[tuple[Point3, ...], Field(min_length=1)]
-    hull: Hull
     odometry_rate: Positive = 20.0
     lidar: LidarModel
     camera: CameraModel | None = None
@@ -210,29 +213,24 @@ class RobotModel(RobotPart):
         lidar = self.lidar if model is None else self.lidar.as_model(model)
         return self.model_copy(update={"sensors": sensors, "lidar": lidar})
 
-    @property
-    def turning_radius(self) -> float:
-        """The circle that the body sweeps when it turns on the spot, m from the axle's middle."""
-        (length, width, _), (x, y, _) = self.body.size, self.body.centre
-        corner = math.hypot(abs(x) + length / 2, abs(y) + width / 2)
-        return max(corner, math.hypot(self.wheel_radius, self.hull.half_width))
+    @cached_property
+    def hull(self) -> Hull:
+        """The rectangle around body and wheels seen from above."""
+        xs, ys = zip(*self.body.corners, strict=True)
+        front, rear, side = self.drive.reach
+        return Hull(
+            round(max(*xs, front), _WHOLE_DIGITS),
+            round(min(*xs, rear), _WHOLE_DIGITS),
+            round(max(*map(abs, ys), side), _WHOLE_DIGITS),
+        )
 
-    @model_validator(mode="after")
-    def _hull_holds_body_and_wheels(self) -> RobotModel:
-        (length, width, _), (x, y, _) = self.body.size, self.body.centre
-        around = {
-            "front": max(x + length / 2, self.wheel_radius),
-            "rear": min(x - length / 2, -self.wheel_radius),
-            "half_width": max(abs(y) + width / 2, self.wheel_y + self.wheel_width / 2),
-        }
-        for field, expected in around.items():
-            got = getattr(self.hull, field)
-            if abs(got - expected) > _TOLERANCE:
-                raise ValueError(
-                    f"hull.{field} must be {expected:.4g} m, the extent of body and wheels, got "
-                    f"{got}"
-                )
-        return self
+    @cached_property
+    def turning_radius(self) -> float:
+        """The circle that the hull sweeps when it turns about the base's origin, m."""
+        drive = self.drive
+        half = drive.wheel_width / 2
+        wheels = (math.hypot(abs(x) + drive.wheel_radius, abs(y) + half) for x, y in drive.places)
+        return max(self.body.reach, *wheels)
 
 
 def load_robot(name_or_path: str | Path | Document, near: str | Path | None = None) -> RobotModel:

@@ -104,6 +104,14 @@ def _diagnostic(
     last = detail["loc"][-1] if detail["loc"] else ""
     if kind == "missing":
         return document.diagnostic("BT-202", where, f"{quoted(str(last))} is missing")
+    if kind == "union_tag_not_found":
+        return document.diagnostic("BT-202", where, f"{context['discriminator']} is missing")
+    if kind == "union_tag_invalid":
+        valid = [name.strip("'") for name in str(context["expected_tags"]).split(", ")]
+        tag = str(context["tag"])
+        place = (*where, str(context["discriminator"]).strip("'"))
+        message = f"expected one of {listed(valid)}, got {quoted(tag)}"
+        return document.diagnostic("BT-303", place, message, did_you_mean(tag, valid))
     if kind == "extra_forbidden":
         message = f"unknown key {quoted(str(last))} (valid: {listed(names)})"
         return document.diagnostic(
@@ -146,12 +154,21 @@ def _in_document(
         if isinstance(data, dict) and key in data:
             names = sorted({name for kind in kinds for name in _fields(kind)})
         elif not (isinstance(data, list) and isinstance(key, int) and key < len(data)):
-            kinds = [kind for kind in kinds if getattr(kind, "__name__", None) == key] or kinds
+            kinds = [kind for kind in kinds if key in _tags(kind)] or kinds
             continue
         kinds = [inner for kind in kinds for inner in _inner(kind, key)]
         where.append(key)
         data = data[key]
     return tuple(where), names
+
+
+def _tags(kind: Any) -> Iterator[Any]:
+    """Return the names that pydantic may give to a member of a union in its locations."""
+    yield getattr(kind, "__name__", None)
+    if isinstance(kind, type) and issubclass(kind, pydantic.BaseModel):
+        for field in kind.model_fields.values():
+            if get_origin(field.annotation) is Literal:
+                yield from get_args(field.annotation)
 
 
 def _fields(kind: Any) -> list[str]:

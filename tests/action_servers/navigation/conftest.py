@@ -147,7 +147,7 @@ class TinyRobot:
         body_half = self.model.body.size[1] / 2
         along = np.linspace(hull.rear, hull.front, 12)
         side = np.full_like(along, body_half)
-        wheel = np.array([self.model.wheel_radius, -self.model.wheel_radius])
+        wheel = np.array([self.model.drive.wheel_radius, -self.model.drive.wheel_radius])
         x = np.concatenate(
             (along, along, np.full(6, hull.rear), np.full(6, hull.front), wheel, wheel)
         )

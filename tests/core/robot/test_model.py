@@ -1,33 +1,41 @@
 """Robot models: the shipped numbers, and the errors of a wrong file."""
 
 import math
+from typing import Any
 
 import pytest
 from pydantic import ValidationError
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find, names
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import RobotModel, SensorsModel, load_robot
+from bt_mission.core.yaml.document import read
 
 
-def test_waffle_and_burger_are_shipped():
-    """Two models come with the package, named after their files."""
-    assert names("robots") == ["burger", "waffle"]
-    assert [load_robot(name).name for name in names("robots")] == ["burger", "waffle"]
+def test_each_shipped_robot_has_the_name_of_its_file():
+    """A robot is found by its name."""
+    assert names("robots") == ["burger", "turtlebot4", "waffle"]
+    assert [load_robot(name).name for name in names("robots")] == names("robots")
 
 
 @pytest.mark.parametrize(
     ("name", "linear", "angular", "separation", "scan_rate", "turning_radius"),
-    [("waffle", 0.26, 1.82, 0.287, 10.0, 0.238), ("burger", 0.22, 2.84, 0.160, 5.0, 0.124)],
+    [
+        ("waffle", 0.26, 1.82, 0.287, 10.0, 0.238),
+        ("burger", 0.22, 2.84, 0.160, 5.0, 0.124),
+        ("turtlebot4", 0.306, 1.9, 0.233, 8.0, 0.171),
+    ],
 )
 def test_models_have_the_published_figures(
     name, linear, angular, separation, scan_rate, turning_radius
 ):
-    """Limits, wheel separation, scan rate and turning circle are those that ROBOTIS publishes."""
+    """Limits, wheel separation, scan rate and turning circle are published."""
     robot = load_robot(name)
     assert robot.max_linear_velocity == linear
     assert robot.max_angular_velocity == angular
-    assert robot.wheel_separation == separation
+    assert isinstance(robot.drive, DifferentialDrive)
+    assert robot.drive.wheel_separation == separation
     assert robot.lidar.rate == scan_rate
     assert robot.turning_radius == pytest.approx(turning_radius, abs=5e-4)
 
@@ -40,18 +48,16 @@ def test_waffle_hull_is_measured_from_the_axle():
 
 def test_angular_acceleration_follows_from_the_linear_one():
     """A wheel's rim speeds up no faster when turning than when driving straight."""
-    for name in names("robots"):
-        robot = load_robot(name)
-        rim = robot.max_angular_acceleration * robot.wheel_separation / 2
+    for robot in differential_robots():
+        rim = robot.max_angular_acceleration * robot.drive.wheel_separation / 2
         assert rim == pytest.approx(robot.max_linear_acceleration, rel=1e-3)
 
 
 def test_axle_and_casters_stand_on_the_floor():
     """Wheels and casters of a level robot touch the floor."""
-    for name in names("robots"):
-        robot = load_robot(name)
-        for _, _, z in robot.casters:
-            assert z - robot.caster_radius + robot.base_height == pytest.approx(0.0)
+    for robot in differential_robots():
+        for _, _, z in robot.drive.casters:
+            assert z - robot.drive.caster_radius + robot.base_height == pytest.approx(0.0)
 
 
 def test_burger_has_no_camera():
@@ -64,7 +70,7 @@ def test_burger_has_no_camera():
 
 def test_unknown_robot_lists_the_known_ones():
     """The message names the models there are, and the nearest."""
-    with pytest.raises(InputError, match=r"no such robot \(known: burger, waffle\); did you mean"):
+    with pytest.raises(InputError, match=r"known: burger, turtlebot4, waffle\); did you mean"):
         load_robot("wafle")
 
 
@@ -86,12 +92,41 @@ def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
     assert f"{path}:6:1" in reported
 
 
-def test_hull_must_enclose_body_and_wheels():
-    """A hull that is smaller than the wheels reach is refused with the right number."""
-    fields = load_robot("waffle").model_dump()
-    fields["hull"]["half_width"] = 0.14
-    with pytest.raises(ValidationError, match=r"hull\.half_width must be 0\.153 m"):
-        RobotModel.model_validate(fields)
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        ("kind: differential", "kind: diferential", "drive.kind", "did you mean 'differential'?"),
+        ("  kind: differential\n", "", "drive", "'kind' is missing"),
+        ("  wheel_y: 0.144 ", "  wheel_z: 0.144 ", "drive", "'wheel_y' is missing"),
+        ("  shape: box\n", "", "body", "'shape' is missing"),
+        (
+            "shape: box\n  size: [0.266, 0.266, 0.094]    # m\n  centre: [-0.064, 0.0, 0.047]",
+            "shape: polygon\n  outline: [[0, 0], [1, 1], [1, 0], [0, 1]]\n  bottom: 0\n  top: 1",
+            "body.outline",
+            "does not close",
+        ),
+        ("rays: 360 ", "rays: 360\n  sector: [90, -90]", "lidar", "a smaller to a larger bearing"),
+    ],
+)
+def test_the_error_of_a_part_names_its_key(tmp_path, old, new, place, message):
+    """The place is that of the key, or of the part that lacks one."""
+    text = text_of("waffle")
+    assert old in text
+    path = tmp_path / "odd.yaml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_robot(path)
+    document = read(path)
+    keys = tuple(place.split("."))
+    expected = document.diagnostic("", keys, "")
+    assert message in str(caught.value)
+    assert expected.line in {each.line for each in caught.value.diagnostics}
+
+
+def test_a_round_body_has_a_round_hull():
+    """A TurtleBot 4 sweeps no more when it turns than it takes when it stands."""
+    robot = load_robot("turtlebot4")
+    assert robot.turning_radius == robot.hull.front == -robot.hull.rear == robot.hull.half_width
 
 
 def test_lidar_ranges_must_be_in_order():
@@ -143,6 +178,12 @@ def test_a_wrong_option_is_told_with_its_place(tmp_path, old, new, message):
         load_robot(path)
     assert message in str(caught.value)
     assert f"{path}:" in str(caught.value)
+
+
+def differential_robots() -> list[Any]:
+    """The shipped robots with two driven wheels."""
+    robots = map(load_robot, names("robots"))
+    return [robot for robot in robots if isinstance(robot.drive, DifferentialDrive)]
 
 
 def text_of(name: str) -> str:

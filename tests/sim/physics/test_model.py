@@ -29,7 +29,7 @@ def test_masses_are_those_of_the_robot(make_world, name):
     robot = load_robot(name)
     model = compile_model(make_world(), [RobotSpawn(robot)])
     assert model.body_subtreemass[model.body(BASE).id] == (
-        pytest.approx(robot.base_mass + 2 * robot.wheel_mass)
+        pytest.approx(robot.base_mass + 2 * robot.drive.wheel_mass)
     )
 
 
@@ -38,7 +38,7 @@ def test_wheels_are_balanced(make_world, waffle):
     model = compile_model(make_world(), [RobotSpawn(waffle)])
     for wheel in WHEELS:
         assert model.body(wheel).ipos == pytest.approx((0, 0, 0))
-        assert model.body(wheel).inertia == pytest.approx(waffle.wheel_inertia)
+        assert model.body(wheel).inertia == pytest.approx(waffle.drive.wheel_inertia)
 
 
 def test_it_stands_on_four_points(make_world, waffle):

@@ -7,7 +7,7 @@ import pytest
 from bt_mission.core.robot.model import RobotModel, load_robot
 from sim.frames import BASE_FOOTPRINT
 from sim.robot.description import description
-from sim.robot.frames import WHEEL_JOINTS, fixed_frames
+from sim.robot.frames import fixed_frames
 
 
 @pytest.fixture(params=["waffle", "burger"])
@@ -38,7 +38,7 @@ def test_joints_stand_where_tf_has_them(robot: RobotModel) -> None:
         assert parent_name == frame.parent
         assert place == pytest.approx(frame.translation)
     turning = {joint.get("name") for joint in joints if joint.get("type") == "continuous"}
-    assert turning == set(WHEEL_JOINTS)
+    assert turning == {"wheel_left_joint", "wheel_right_joint"}
 
 
 def test_directions_are_those_of_tf() -> None:

@@ -5,18 +5,18 @@ import math
 import pytest
 
 from bt_mission.core.robot.model import load_robot
-from sim.robot.drive import DifferentialDrive
+from sim.robot.drive import DifferentialController
 
 STEP_S = 0.005
 WAFFLE = load_robot("waffle")
 
 
-def drive() -> DifferentialDrive:
+def drive() -> DifferentialController:
     """A Waffle's drive at rest, with command_timeout_factor enough for what follows."""
-    return DifferentialDrive(WAFFLE, STEP_S, command_timeout_factor=10.0)
+    return DifferentialController(WAFFLE, STEP_S, command_timeout_factor=10.0)
 
 
-def run(drive: DifferentialDrive, steps: int, time_ns: int = 0) -> None:
+def run(drive: DifferentialController, steps: int, time_ns: int = 0) -> None:
     """Let so many steps of 5 ms pass."""
     for step in range(steps):
         now_ns = time_ns + step * 5_000_000
@@ -71,7 +71,7 @@ def test_a_velocity_that_is_not_finite_is_refused(bad):
 @pytest.mark.parametrize("command_timeout_factor", [1, 10])
 def test_a_command_holds_for_the_command_timeout_exactly(command_timeout_factor):
     """The step that begins 0.2 s after it is the first that slows down; ten times that, if told."""
-    base = DifferentialDrive(WAFFLE, STEP_S, command_timeout_factor=command_timeout_factor)
+    base = DifferentialController(WAFFLE, STEP_S, command_timeout_factor=command_timeout_factor)
     base.command(0.2, 0.0, 1_000_000_000)
     run(base, 40 * command_timeout_factor, 1_000_000_000)
     assert base.linear == 0.2

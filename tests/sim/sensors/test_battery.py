@@ -21,7 +21,7 @@ def test_standing_empties_it_in_2_9_hours_and_driving_in_two():
     """1.8 Ah at 11.1 V: 7 W of electronics, and 3 W of motors at a Waffle's full speed."""
     robot = load_robot("waffle")
     standing, driving = Battery(robot.battery), Battery(robot.battery)
-    turned = 2 * robot.max_linear_velocity / robot.wheel_radius * 3600
+    turned = 2 * robot.max_linear_velocity / robot.drive.wheel_radius * 3600
     for battery, radians in ((standing, 0.0), (driving, turned)):
         battery.use(0, 0.0)
         battery.use(3600 * S, radians)

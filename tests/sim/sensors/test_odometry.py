@@ -10,7 +10,7 @@ from bt_mission.core.robot.model import load_robot
 from sim.sensors.odometry import Odometry, wrapped
 
 WAFFLE = load_robot("waffle")
-RADIUS, SEPARATION = WAFFLE.wheel_radius, WAFFLE.wheel_separation
+RADIUS, SEPARATION = WAFFLE.drive.wheel_radius, WAFFLE.drive.wheel_separation
 
 
 def started(left: float = 0.0, right: float = 0.0) -> Odometry:

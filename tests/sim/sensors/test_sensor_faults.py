@@ -80,7 +80,7 @@ def test_noise_comes_on_top_of_its_own(pair):
 )
 def test_a_sector_goes_counter_clockwise_from_one_bearing_to_the_other(start, end, lost):
     """Both ends belong to it; it may go round behind."""
-    assert set(np.flatnonzero(sector(360, start, end)).tolist()) == lost
+    assert set(np.flatnonzero(sector(np.arange(360.0), start, end)).tolist()) == lost
 
 
 @pytest.mark.parametrize(("model", "nothing"), [("LDS-01", np.inf), ("LDS-02", np.nan)])
@@ -89,7 +89,8 @@ def test_a_lost_sector_reads_as_nothing(pair, model, nothing):
     broken, sound = pair(lidar={"model": model, "noise": False})
     broken.faults.set("lidar", sectors=((-20, 20), (170, -170)))
     seen, true = broken.scan(0), sound.scan(0)
-    lost = sector(len(seen), -20, 20) | sector(len(seen), 170, -170)
+    bearings = np.arange(len(seen)) * 360 / len(seen)
+    lost = sector(bearings, -20, 20) | sector(bearings, 170, -170)
     assert np.array_equal(seen[lost], np.full(lost.sum(), nothing), equal_nan=True)
     assert np.array_equal(seen[~lost], true[~lost], equal_nan=True)
 
