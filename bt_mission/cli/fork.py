@@ -24,17 +24,22 @@ from bt_mission.cli.options import (
     RECORDING,
     REQUIRE,
     SET,
+    SPEED,
     announce,
     recorded_robot,
 )
 from bt_mission.cli.parser import Command, Option, each
+from bt_mission.cli.web import web_options
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 
 if TYPE_CHECKING:
+    from bt_mission.cli.run_plan import Summary
+    from bt_mission.executive.report import Report
     from bt_mission.recording.forks.change import ForkChange
     from bt_mission.recording.forks.fork import ForkResult
     from bt_mission.recording.forks.source import ForkSource
+    from bt_mission.sessions.drive import Reports
 
 MOST_TRIES = 100
 FILES = ("record", "report", "video", "trace")
@@ -165,9 +170,11 @@ def run_fork(
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
     """
+    from bt_mission.cli.run_shown import shown_on_page, with_end
+    from bt_mission.core.interrupts import TWO_WISHES
     from bt_mission.fleets.run import fleet_report
     from bt_mission.recording.forks.stage import forked_stage
-    from bt_mission.sessions.drive import drive
+    from bt_mission.sessions.drive import drive, driving
 
     with (
         forked_stage(source, change, step_ns, require=options.require, limit_s=limit_s) as (
@@ -176,13 +183,27 @@ def run_fork(
         ),
         recording.recorder_for(options, stage) as keeping,
     ):
-        reports = drive(stage)
-        result = finish(reports)
-        if not source.others:
-            return result, keeping.finish(result.report)
-        ends = {forked.source.name: forked.report for forked in (result, *result.others)}
-        whole = fleet_report(source.fleet, stage, tuple(ends[name] for name in source.names))
-        return result, keeping.finish(whole)
+        ended: list[tuple[ForkResult, recording.Kept]] = []
+
+        def end(reports: Reports) -> Report:
+            result = finish(reports)
+            summary: Summary = result.report
+            if source.others:
+                ends = {forked.source.name: forked.report for forked in (result, *result.others)}
+                in_order = tuple(ends[name] for name in source.names)
+                summary = fleet_report(source.fleet, stage, in_order)
+            ended.append((result, keeping.finish(summary)))
+            return result.report
+
+        if options.web:
+            speed, interrupts = options.speed or 1.0, InterruptSignals(TWO_WISHES)
+            with interrupts:
+                steps = driving(stage, (), interrupts, speed=speed, paced_from_ns=step_ns)
+                shown = with_end(steps, end)
+                shown_on_page(options, stage, shown, interrupts, speed, until_ns=step_ns)
+        else:
+            end(drive(stage))
+        return ended[0]
 
 
 def fork_shown(
@@ -261,6 +282,11 @@ COMMANDS = {
             recorded_robot("the first; a change needs the robot to which it applies"),
             JSON,
             *recording.RECORDING_OPTIONS,
+            SPEED.but(
+                help="simulated seconds per second from the fork on (default: 1)",
+                needs=each("web", why="without a page a fork runs as fast as possible"),
+            ),
+            *web_options("sweep_at"),
         ),
         EPILOG,
         leaves_at_once=True,

@@ -8,7 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, closing
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from bt_mission.cli import recording
 from bt_mission.cli.foxglove import foxglove_on
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from bt_mission.sessions.drive import Reports, Steps
     from bt_mission.sessions.session import Session
     from bt_mission.sessions.view import View
+    from bt_mission.views.web.run import Outcome
+
+R = TypeVar("R")
+Ended = TypeVar("Ended", bound="Outcome")
 
 
 def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
@@ -50,11 +54,12 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
             onlookers.append(_view(options, plan, plain=options.plain or on_page))
         kept: recording.Kept = {}
         end = _ending(options, session, summarize, files, kept)
-        steps = _with_end(driving(session, onlookers, interrupts, speed=pace(options)), end)
+        steps = with_end(driving(session, onlookers, interrupts, speed=pace(options)), end)
         settle_memory()
-        if on_page or on_screen:
-            show = _on_page if on_page else _on_screen
-            summary = show(options, session, steps, interrupts)
+        if on_page:
+            summary = shown_on_page(options, session, steps, interrupts, pace(options))
+        elif on_screen:
+            summary = _on_screen(session, steps, interrupts)
         else:
             summary = finish(steps)
             if options.web and summary.status != "interrupted":
@@ -83,7 +88,8 @@ def _ending(
     return end
 
 
-def _with_end(steps: Steps[Reports], end: Callable[[Reports], Summary]) -> Steps[Summary]:
+def with_end(steps: Steps[Reports], end: Callable[[Reports], R]) -> Steps[R]:
+    """Return the steps of a session with a result of its reports."""
     reports = yield from steps
     return end(reports)
 
@@ -99,7 +105,6 @@ def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
 
 
 def _on_screen(
-    _options: argparse.Namespace,
     session: Session,
     steps: Steps[Summary],
     interrupts: InterruptSignals,
@@ -114,16 +119,21 @@ def _on_screen(
         return app.run_to_the_end()
 
 
-def _on_page(
+def shown_on_page(
     options: argparse.Namespace,
     session: Session,
-    steps: Steps[Summary],
+    steps: Steps[Ended],
     interrupts: InterruptSignals,
-) -> Summary:
-    """Carry it out shown to browsers, one mission at a time."""
+    speed: float | None,
+    until_ns: int = 0,
+) -> Ended:
+    """Run a session shown to browsers, one mission at a time.
+
+    The page is served from `until_ns` on, an instant of ROS time, and shows what was before.
+    """
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.drive import StepDriver
-    from bt_mission.views.web.live import LiveMission
+    from bt_mission.views.web.live import LiveMission, OpenPanels
     from bt_mission.views.web.run import ENDED, ShownRun
 
     driver = StepDriver(steps)
@@ -139,7 +149,12 @@ def _on_page(
             is_fleet=len(session.runs) > 1,
         )
         shown.attach(graph.name)  # before the first step, so that nothing is missed
-        with web_server(options, shown, is_fast=(pace(options) or 0.0) > 1.0) as server:
+        while session.now_ns < until_ns and not driver.is_over:
+            driver.advance()
+            shown.look(OpenPanels())
+        if driver.is_over:
+            return driver.finish()
+        with web_server(options, shown, is_fast=(speed or 0.0) > 1.0) as server:
             return ShownRun(server, driver, is_left, to_stderr).run_to_the_end()
 
 

@@ -102,6 +102,7 @@ def driving(
     interrupts: InterruptSignals,
     *,
     speed: float | None = None,
+    paced_from_ns: int = 0,
 ) -> Steps[Reports]:
     """Step a session to its end, paced and watched; gives the report of each run.
 
@@ -112,6 +113,8 @@ def driving(
     leaves at once, and the reason names the goals left behind. An exception of a step ends the
     missions as failed with the cause, with every goal followed to its end; a second one, or one
     after which the session cannot continue, leaves at once.
+
+    Up to `paced_from_ns`, an instant of ROS time, a session runs as fast as possible.
     """
     wall = Stopwatch()
     ended_s: dict[Run, float] = {}
@@ -122,6 +125,7 @@ def driving(
             stack.callback(_part, session, onlooker)
         leaves = [_statistics(run) for run in session.runs]
         pacer = Pacer(speed, session.start_ns)
+        is_paced = speed is not None and session.now_ns >= paced_from_ns
         running = {run: run.executive for run in session.runs if not run.executive.is_done}
         executives = running.values()
         while running:
@@ -131,7 +135,10 @@ def driving(
                 if executive.is_done:
                     del running[run]
                     ended_s[run] = wall.elapsed_s
-            while speed is not None and (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
+            if speed is not None and not is_paced and session.now_ns >= paced_from_ns:
+                pacer.set_speed(speed, session.now_ns)
+                is_paced = True
+            while is_paced and (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
                 if interrupts.count > 0 and running:
                     break
                 yield ahead_s

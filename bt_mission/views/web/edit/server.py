@@ -7,6 +7,8 @@ import difflib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from starlette.requests import ClientDisconnect, Request
@@ -72,6 +74,8 @@ class EditServer(PageServer):
         self._shared: dict[str, _Shared] = {}
         self._run: Child | None = None
         self._proof: Child | None = None
+        self._recording: Path | None = None
+        """That of the last run, while the editor is served."""
         self._watch = render("views/web/page/index.html").encode()
         self._is_read_only = options.is_read_only
         if not options.is_read_only:
@@ -91,6 +95,7 @@ class EditServer(PageServer):
             "differ": _differ,
             "save": self._save,
             "run": self._start_run,
+            "fork": self._start_fork,
             "ran": self._ran,
             "revise": self._revise,
             "prove": self._start_proof,
@@ -111,12 +116,14 @@ class EditServer(PageServer):
     @override
     async def serve(self, until: Callable[[], bool]) -> None:
         """Serve until a condition is true, then end the run and the proof."""
-        try:
-            await super().serve(until)
-        finally:
-            for child in (self._run, self._proof):
-                if child is not None:
-                    await child.stop()
+        with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            self._recording = Path(folder) / "run.mcap"
+            try:
+                await super().serve(until)
+            finally:
+                for child in (self._run, self._proof):
+                    if child is not None:
+                        await child.stop()
 
     def _answer(self, act: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
         async def answer(request: Request) -> Response:
@@ -204,15 +211,10 @@ class EditServer(PageServer):
     # ---- runs and proofs -----------------------------------------------------------------
 
     async def _start_run(self, asked: dict[str, Any]) -> dict[str, Any]:
-        if self._run is not None:
-            await self._run.stop()
-            self._run = None
+        await self._stop_run()
         if asked.get("stop"):
             return {}
-        speed = _text(asked, "speed")
-        if speed not in SPEEDS:
-            raise RequestError(f"expected one of the speeds {', '.join(SPEEDS)}")
-        words = ["--web", "--port=0", f"--speed={speed}"]
+        words = [*_on_page(asked), f"--record={self._recording}", "--force"]
         if asked.get("is_editable"):
             words.append("--editable")
         if asked.get("before"):
@@ -220,10 +222,31 @@ class EditServer(PageServer):
         self._run = self._child(asked, "run", words)
         return {}
 
+    async def _start_fork(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Continue the recorded run from an instant, with the text as another version of it."""
+        at = asked.get("at")
+        if type(at) not in (int, float):
+            raise RequestError("'at' is not an instant")
+        await self._stop_run()
+        recording = self._recording
+        if recording is None or not recording.exists():
+            raise EditError("there is no run to continue: run the mission first")
+        words = [str(recording), f"--at={at}", *_on_page(asked), "--import-python", "--mission"]
+        self._run = self._child(asked, "fork", words)
+        return {}
+
+    async def _stop_run(self) -> None:
+        if self._run is not None:
+            await self._run.stop()
+            self._run = None
+
     async def _revise(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Send the text to the run; return what `bt-mission revise` prints."""
         words = [key for key in ("--dry-run", "--keep-goals") if asked.get(key)]
-        child = self._child(asked, "revise", words, _text(asked, "executive"))
+        executive = _text(asked, "executive")
+        if executive.startswith("-"):
+            raise RequestError("an invalid name")
+        child = self._child(asked, "revise", [*words, executive])
         await child.wait()
         lines = [*child.output.splitlines(), *child.lines]
         return {"is_possible": child.code == 0, "lines": lines}
@@ -247,16 +270,12 @@ class EditServer(PageServer):
             return {"is_over": False}
         return {"is_over": True, "result": proof.result, "lines": proof.lines[-20:]}
 
-    def _child(
-        self, asked: dict[str, Any], command: str, words: Sequence[str], *first: str
-    ) -> Child:
-        """Run a command with the text of a page; `first` are its words before the file."""
+    def _child(self, asked: dict[str, Any], command: str, words: Sequence[str]) -> Child:
+        """Run a command with the text of a page."""
         if self._is_read_only:
             raise EditError("this page is read-only: start it without --read-only")
         trial = self._workspace.trial(_text(asked, "name"), _text(asked, "text"), command)
-        if any(word.startswith("-") for word in first):
-            raise RequestError("an invalid name")
-        return Child(trial, (command, *words, *first, str(trial)))
+        return Child(trial, (command, *words, str(trial)))
 
     async def _page_of_run(self, _: Request) -> Response:
         return Response(self._watch, media_type="text/html; charset=utf-8")
@@ -267,6 +286,13 @@ class EditServer(PageServer):
             await socket.close(1013, "no mission runs")
             return
         await relay(socket, run.link)
+
+
+def _on_page(asked: dict[str, Any]) -> list[str]:
+    speed = _text(asked, "speed")
+    if speed not in SPEEDS:
+        raise RequestError(f"expected one of the speeds {', '.join(SPEEDS)}")
+    return ["--web", "--port=0", f"--speed={speed}"]
 
 
 def _vocabulary() -> dict[str, Any]:

@@ -20,7 +20,7 @@ MOST_LEVELS = 4
 
 UNSAVED, TRIAL = ".unsaved", ".yaml"
 """Endings of the files beside a file: its unsaved text, and the text that a command uses."""
-COMMANDS = ("run", "prove", "revise")
+COMMANDS = ("run", "fork", "prove", "revise")
 """The commands that use one."""
 
 

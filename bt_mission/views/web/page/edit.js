@@ -210,6 +210,7 @@ function wanted(name, facts = {}) {
   if (name === "move") { act({ do: "move", path: facts.path, target: facts.target }); return; }
   if (name === "undo") { text.undo(); return; }
   if (name === "redo") { text.redo(); return; }
+  if (name === "run-from") { runFrom().catch((error) => refuse(error.message)); return; }
   if (name === "fields" || name === "name") {
     const input = name === "name" ? byId("form").elements.name ?? byId("form").elements.mission : byId("form").querySelector("input, select");
     input?.focus();
@@ -241,7 +242,18 @@ function runTo(box) {
 }
 
 function run(before) {
-  runs.start(at.name, text.text, before).catch((error) => connected(error.message, true));
+  runs.start(at.name, text.text, { before }).catch((error) => connected(error.message, true));
+}
+
+// Shows the instant and what has changed since the run, then continues from there with the text.
+async function runFrom() {
+  const [instant, refusal] = runs.instant();
+  if (refusal) { refuse(refusal); return; }
+  const { lines: differences } = await ask("differ", { before: runs.text, after: text.text });
+  const words = "The run is repeated up to this instant. Nodes that start after it are those of the text as it is now; what runs there keeps the values with which it started.";
+  openWindow(`Continue from ${instant.toFixed(2)} s with this text?`, [element("p", "", words), lines(differences)], [
+    ["Continue", () => runs.start(at.name, text.text, { from: instant }).catch((error) => connected(error.message, true))],
+  ]);
 }
 
 // ---- files -----------------------------------------------------------------------------------------
@@ -369,6 +381,7 @@ function listen() {
   byId("files").addEventListener("change", () => openFile(byId("files").value));
   byId("run").addEventListener("click", () => run(""));
   byId("run-to").addEventListener("click", () => wanted("run-to"));
+  byId("run-from").addEventListener("click", () => wanted("run-from"));
   byId("apply").addEventListener("click", () => apply().catch((error) => refuse(error.message)));
   byId("prove").addEventListener("click", () => startProof().catch((error) => connected(error.message, true)));
   byId("close-proof").addEventListener("click", closeProof);

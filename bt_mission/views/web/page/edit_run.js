@@ -10,12 +10,13 @@ const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 export class RunPane {
   // onStatuses(statuses of paths, breakpoints): those of a run. onError(text).
   constructor(onStatuses, onError) {
-    Object.assign(this, { onStatuses, onError, number: 0, socket: null });
+    Object.assign(this, { onStatuses, onError, number: 0, socket: null, text: null });
     byId("run-stop").addEventListener("click", () => this.stop());
   }
 
-  // before: the path of the node before which the run pauses; "" for none.
-  async start(name, text, before = "") {
+  // before: the path of the node before which the run pauses; from: the instant of the last run
+  // from which this one continues.
+  async start(name, text, { before = "", from = null }) {
     const number = ++this.number;
     this.leave();
     byId("panes").classList.add("has-run");
@@ -23,9 +24,11 @@ export class RunPane {
     byId("run-frame").hidden = true;
     byId("run-lines").hidden = true;
     byId("run-state").textContent = "starting";
-    const isEditable = byId("editable").checked;
-    this.executive = "";
-    const answer = await ask("run", { name, text, speed: byId("speed").value, is_editable: isEditable, before });
+    const isEditable = byId("editable").checked && from === null;
+    Object.assign(this, { executive: "", status: "", paused: null, from });
+    if (from === null) this.text = text;
+    const facts = { name, text, speed: byId("speed").value };
+    const answer = from === null ? await ask("run", { ...facts, is_editable: isEditable, before }) : await ask("fork", { ...facts, at: from });
     if (answer.error) { this.fail([answer.error]); return; }
     while (number === this.number) {
       const run = await ask("ran");
@@ -34,7 +37,7 @@ export class RunPane {
       await wait(POLL_MS);
     }
     if (number !== this.number) return;
-    byId("run-state").textContent = "";
+    this.describe("");
     byId("apply").hidden = !isEditable;
     byId("run-frame").hidden = false;
     byId("run-frame").src = "run/";
@@ -42,9 +45,23 @@ export class RunPane {
   }
 
   fail(lines) {
-    byId("run-state").textContent = "did not start";
+    byId("run-state").textContent = this.from === null ? "did not start" : `cannot continue from ${this.from.toFixed(2)} s`;
     byId("run-lines").hidden = false;
     byId("run-lines").textContent = lines.join("\n");
+  }
+
+  describe(words) {
+    byId("run-state").textContent = [this.from === null ? "" : `from ${this.from.toFixed(2)} s with the text as it is`, words].filter(Boolean).join("; ");
+  }
+
+  // The instant that is shown, in seconds, and why the run cannot continue from there.
+  // A recording has no pauses, so a paused run continues from the instant of its pause at the latest.
+  instant() {
+    if (this.text === null) return [0, "Run the mission first."];
+    if (byId("run-frame").hidden) return this.from === null ? [0, "The mission did not run."] : [this.from, ""];
+    if (["", "running", "ending"].includes(this.status)) return [0, "Pause the run, or wait for its end."];
+    const shown = Number(byId("run-frame").contentDocument.getElementById("time").value);
+    return [this.status === "paused" ? Math.min(shown, this.paused) : shown, ""];
   }
 
   leave() {
@@ -78,9 +95,11 @@ export class RunPane {
       if (changes.source) this.executive = changes.source;
       if (changes.tree) paths = changes.tree.nodes.map((node) => node[3]);
       for (const [index, status] of changes.nodes ?? []) statuses.set(paths[index], STATUSES[status]);
+      for (const [time, , words] of changes.log ?? []) if (words === "mission paused") this.paused ??= time;
       if (changes.state) {
         const { status, reason, breakpoints } = changes.state;
-        byId("run-state").textContent = status === "paused" ? `paused: ${reason}` : "";
+        this.status = status;
+        this.describe(status === "paused" ? `paused: ${reason}` : "");
         stops = breakpoints;
       }
       if (changes.tree || changes.nodes || changes.state) this.onStatuses(statuses, stops);

@@ -322,16 +322,37 @@ def test_a_run_of_the_text_is_shown_beside_it(play: Play, monkeypatch: Any) -> N
         await editor.shows("window-body", "+ log")
         await editor.look("document.querySelector('#window-buttons button').click()")
         await editor.until(f"{frame}.querySelectorAll('.row').length === 3")
-        await editor.look("document.getElementById('drawing').focus()")
-        await editor.press("ArrowUp")  # to the wait
+        await editor.click("run-stop")
+        await editor.until("document.getElementById('run-panel').hidden")
+        await editor.until("document.querySelectorAll('.ran-running').length === 0")
+        assert not editor.file.exists()
+
+    play(scene)
+
+
+def test_a_run_pauses_at_a_node_and_continues_with_another_text(play: Play) -> None:
+    """The page, the drawing and the run's line show the pause; the window shows what changed."""
+
+    async def scene(editor: Editor) -> None:
+        await editor.press("F6")
+        await editor.type("mission: m\ntree:\n  sequence:\n    - wait: 600\n    - log: here\n")
+        await editor.until("document.querySelectorAll('.node').length === 4")
+        frame = "document.getElementById('run-frame').contentDocument"
+        await editor.press("F6")
+        for _ in range(2):
+            await editor.press("ArrowRight")
         await editor.press("r")
         await editor.until(f"{frame}?.getElementById('status')?.textContent === 'paused'")
         await editor.until(f"{frame}.querySelector('[aria-label*=breakpoint]') !== null")
         await editor.shows("run-state", "paused: breakpoint at 'wait'")
         await editor.until("document.querySelector('#box-2[aria-label*=breakpoint]') !== null")
-        await editor.click("run-stop")
-        await editor.until("document.getElementById('run-panel').hidden")
-        await editor.until("document.querySelectorAll('.ran-running').length === 0")
-        assert not editor.file.exists()
+        await editor.set("wait", "0.5")
+        await editor.look("document.getElementById('drawing').focus()")
+        await editor.press("R")
+        await editor.shows("window-title", "Continue from 0.05 s")
+        await editor.shows("window-body", "+    - wait: 0.5")
+        await editor.look("document.querySelector('#window-buttons button').click()")
+        await editor.until(f"{frame}?.getElementById('status')?.textContent === 'success'")
+        await editor.shows("run-state", "from 0.05 s with the text as it is")
 
     play(scene)
