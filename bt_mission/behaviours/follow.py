@@ -55,6 +55,11 @@ class FollowedVariable:
         self._topic.listen(self._hear)
 
     @property
+    def topic(self) -> str:
+        """The full name of its topic."""
+        return self._topic.name
+
+    @property
     def why_missing(self) -> str:
         """Why it has no value, with what the graph shows; empty if it has one."""
         value = self._values[self.name]

@@ -16,8 +16,10 @@ StartHook = Callable[[Behaviour], Iterator[Behaviour]]
 
 ENDED = (Status.SUCCESS, Status.FAILURE)
 
-CallHook = Callable[[str], None]
-"""Called before ``initialise``, ``update`` or ``terminate``, with the method's name."""
+CallHook = Callable[[str], Status | None]
+"""Called before ``initialise``, ``update`` or ``terminate``, with the method's name.
+
+A status that it returns for ``update`` replaces the call."""
 
 
 class Hooked(Behaviour):
@@ -47,10 +49,12 @@ class Hooked(Behaviour):
         """Call a hook no more."""
         self.call_hooks = tuple(kept for kept in self.call_hooks if kept is not hook)
 
-    def run_call_hooks(self, method: str) -> None:
-        """Call the call hooks with the name of the next method."""
+    def run_call_hooks(self, method: str) -> Status | None:
+        """Call the call hooks with the name of the next method; return the last status of them."""
+        status = None
         for hook in self.call_hooks:
-            hook(method)
+            status = hook(method) or status
+        return status
 
     def tick(self) -> Iterator[Behaviour]:
         """Return the walk of one tick."""

@@ -66,9 +66,8 @@ class Leaf(Hooked):
             if self.call_hooks:
                 self.run_call_hooks("initialise")
             self.initialise()
-        if self.call_hooks:
-            self.run_call_hooks("update")
-        status = self.update()
+        given = self.run_call_hooks("update") if self.call_hooks else None
+        status = self.update() if given is None else given
         if status is not RUNNING:
             self.stop(status)
         self.status = status

@@ -98,9 +98,10 @@ class PythonLeaf(Hooked):
             self.run_call_hooks("initialise")
             for attribute, value in self._values.resolve(self._node.inputs).items():
                 setattr(ours, attribute, value)
-        self.run_call_hooks("update")
+        given = self.run_call_hooks("update")
+        is_leaf = given is not None or type(ours).tick is Behaviour.tick
         watch = Stopwatch()
-        for node in self._tick_of_leaf() if type(ours).tick is Behaviour.tick else ours.tick():
+        for node in self._tick_of_leaf(given) if is_leaf else ours.tick():
             if node is not ours:
                 yield node
         self._note_wall_time(watch.elapsed_s)
@@ -113,8 +114,11 @@ class PythonLeaf(Hooked):
                 raise
         yield self
 
-    def _tick_of_leaf(self) -> Iterator[Behaviour]:
+    def _tick_of_leaf(self, given: Status | None) -> Iterator[Behaviour]:
         """Tick a behaviour without children as py_trees does; refuse an invalid status.
+
+        Args:
+            given: The status of a hook, which replaces `update`.
 
         Raises:
             MissionFailure: With the file and the line of the method.
@@ -122,7 +126,7 @@ class PythonLeaf(Hooked):
         ours = self.behaviour
         if ours.status is not RUNNING:
             ours.initialise()
-        status: object = ours.update()
+        status: object = ours.update() if given is None else given
         if not isinstance(status, Status) or status is INVALID:
             ours.stop(INVALID)
             raise MissionFailure(self._no_status(status))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from action_msgs.srv import CancelGoal
@@ -35,6 +36,7 @@ from bt_mission.faults.effects import (
 from bt_mission.faults.fault import Fates, FaultInstance, Tap
 from bt_mission.faults.kind import Arguments, Effect, FaultKind
 from bt_mission.faults.parameters import (
+    ABOVE_0,
     ACTION,
     FROM_1,
     FROM_2,
@@ -49,8 +51,10 @@ from bt_mission.faults.parameters import (
     steps,
     whole,
 )
+from bt_mission.ros.clients import DEPTH
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.virtual_time import Answer, Delivery, Gate, Passing, Side
+from bt_mission.virtual_time.discovery import wait_for_matching
 
 ASKED = action(("goal", Side.REQUEST))
 ANSWERED = action(("goal", Side.RESPONSE))
@@ -99,6 +103,43 @@ def _delay(fault: FaultInstance, given: Arguments) -> None:
 
     fault.run.stage.clock.taps.add(name, Side.MESSAGE, tap)  # it stays after the end
     fault.undo(lambda: None)
+
+
+def _publish(fault: FaultInstance, given: Arguments) -> None:
+    """Publish a message, once or in intervals, and lose the messages of other publishers."""
+    name, clock = fault.topic(given["topic"]), fault.run.stage.clock
+    message = _with_type(fault, name)()
+    setting(fault.fault.what, given["fields"])(message)
+    node = fault.run.robot_run.node
+    publisher = node.create_publisher(type(message), name, DEPTH)
+    fault.undo(lambda: node.destroy_publisher(publisher))
+    wait_for_matching(tuple(clock.get_nodes()))
+
+    def tap(fault: FaultInstance, passing: Passing) -> Fates:
+        return passed(fault, passing) if passing.message == message else ()
+
+    def send() -> None:
+        if fault.ended_ns is None:
+            publisher.publish(message)
+            if given["every"] is not None:
+                clock.call_at(clock.now_ns + nanoseconds(given["every"]), send)
+
+    fault.tap(name, Side.MESSAGE, tap)
+    send()
+
+
+def _subscribe(fault: FaultInstance, given: Arguments) -> None:
+    name, node = fault.topic(given["topic"]), fault.run.robot_run.node
+    kind = _with_type(fault, name)
+    for _ in range(given["times"]):
+        subscription = node.create_subscription(kind, name, lambda _: None, DEPTH)
+        fault.undo(partial(node.destroy_subscription, subscription))
+    wait_for_matching(tuple(fault.run.stage.clock.get_nodes()))
+
+
+def _with_type(fault: FaultInstance, name: str) -> Any:
+    """Return the class of the messages of a topic of the graph."""
+    return topic_type(dict(fault.run.robot_run.node.get_topic_names_and_types())[name][0])
 
 
 def _freeze(_: FaultInstance, given: Arguments) -> Tap:
@@ -295,6 +336,27 @@ ROWS = (
         RECEIVER,
         group="network",
         check=_share_or_every,
+    ),
+    _topic(
+        "publish",
+        "A message with these fields is published. Messages of other publishers are lost.",
+        _publish,
+        seconds(
+            "every",
+            "Published again after each interval; default: once.",
+            default=None,
+            allowed=ABOVE_0,
+            by_name=True,
+        ),
+        group="scripts",
+        takes_fields=True,
+    ),
+    _topic(
+        "subscribe",
+        "The topic has more subscriptions.",
+        _subscribe,
+        replace(TIMES, text="How many.", default=1, allowed=FROM_1),
+        group="scripts",
     ),
     _topic(
         "delay",

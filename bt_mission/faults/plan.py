@@ -14,7 +14,7 @@ from bt_mission.executive.report import FaultOutcome
 from bt_mission.faults.effects import mistakes_of_test
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
-from bt_mission.faults.planned import AfterStep, AtTime, PlannedFault, WhenTrue
+from bt_mission.faults.planned import AfterStep, AtTime, PlannedFault, Value, WhenTrue
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
@@ -213,11 +213,18 @@ class FaultPlan:
         probe = FaultInstance(self._target, fault)
         return {
             "topic": probe.topic,
-            "service": probe.service,
+            "service": lambda name: name in self._served or probe.service(name),
             "node": probe.node,
             "leaf": self._target.find,
             "action": self._find_action,
         }
+
+    @property
+    def _served(self) -> frozenset[Value | None]:
+        """The services that planned faults offer."""
+        return frozenset(
+            fault.arguments.get("service") for fault in self.planned if fault.name == "serve"
+        )
 
     def _find_action(self, name: str) -> None:
         """Look for an action without having it offered before its time."""

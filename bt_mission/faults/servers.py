@@ -7,9 +7,10 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+from py_trees.common import Status
 from rclpy.node import Node
 
-from bt_mission.behaviours.hooks import Hooked
+from bt_mission.behaviours.hooks import CallHook, Hooked
 from bt_mission.core.draws import Draws, one_of
 from bt_mission.core.errors import described
 from bt_mission.faults.drawable import Drawable
@@ -29,6 +30,7 @@ from bt_mission.faults.parameters import (
     seconds,
     whole,
 )
+from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import fill
 from bt_mission.virtual_time import Answer, Passing, Side
 
@@ -101,6 +103,25 @@ def _fail(fault: FaultInstance, given: Arguments) -> Tap:
     return lambda *_: (Answer(fill(kind.Response(), given["fields"])),)
 
 
+def _serve(fault: FaultInstance, given: Arguments) -> None:
+    node, nodes = fault.run.robot_run.node, fault.run.stage.clock.get_nodes()
+    name = node.resolve_service_name(given["service"])
+    if any(name == service.service_name for each in nodes for service in each.services):
+        return
+    called = {client.service_name: client.srv_type for each in nodes for client in each.clients}
+    if name not in called:
+        raise no_such("service", name, sorted(called))
+    kind: Any = called[name]
+    with mistakes_of_test(f"{fault.fault.what}: {name}"):
+        fill(kind.Response(), given["fields"])
+
+    def answer(*_: Any) -> Any:
+        return fill(kind.Response(), given["fields"])
+
+    service = node.create_service(kind, name, answer, qos_profile=REQUESTS)
+    fault.undo(lambda: node.destroy_service(service))
+
+
 # ---- code --------------------------------------------------------------------------------------
 
 
@@ -120,7 +141,28 @@ def _raise_in_maneuver(fault: FaultInstance, given: Arguments) -> None:
 
 
 def _raise_in_leaf(fault: FaultInstance, given: Arguments) -> None:
-    leaf = given["leaf"]
+    def hook(called: str) -> None:
+        if called == given["method"] and fault.ends_at_call(given["on"]):
+            raise _error(given)
+
+    _hook(fault, given["leaf"], hook)
+
+
+def _return_status(fault: FaultInstance, given: Arguments) -> None:
+    status = Status[given["status"].upper()]
+
+    def hook(called: str) -> Status | None:
+        if called != "update":
+            return None
+        for name, value in given["fields"].items():
+            setattr(getattr(node, "behaviour", node), name, value)
+        return status
+
+    node = _hook(fault, given["leaf"], hook)
+
+
+def _hook(fault: FaultInstance, leaf: str, hook: CallHook) -> Hooked:
+    """Call a hook before each method of a leaf, until the end of a fault; return the leaf."""
     node = fault.run.find(leaf)
     if node.children:
         leaves = [
@@ -131,15 +173,11 @@ def _raise_in_leaf(fault: FaultInstance, given: Arguments) -> None:
         raise no_such("leaf", leaf, leaves)
     if not isinstance(node, Hooked):
         raise ScenarioError(
-            f"raise_in_leaf: '{leaf}' is inside a behaviour written in Python; name that"
+            f"{fault.fault.what}: '{leaf}' is inside a behaviour written in Python; name that"
         )
-
-    def hook(called: str) -> None:
-        if called == given["method"] and fault.ends_at_call(given["on"]):
-            raise _error(given)
-
     node.call_hooks = (hook, *node.call_hooks)
     fault.undo(lambda: node.remove_call_hook(hook))
+    return node
 
 
 def _raise_in_callback(fault: FaultInstance, given: Arguments) -> None:
@@ -165,6 +203,11 @@ def _callback(node: Node, name: str) -> tuple[str, Side]:
     return full, Side.MESSAGE if full in topics else Side.REQUEST
 
 
+def _drawn_status(draws: Draws, drawable: Drawable) -> Arguments:
+    status = one_of(draws, ("failure", "success", "running"))
+    return {"leaf": one_of(draws, drawable.leaves), "status": status}
+
+
 def _drawn_leaf(draws: Draws, drawable: Drawable) -> Arguments:
     method = one_of(draws, ("update", "initialise", "terminate"))
     return {"leaf": one_of(draws, drawable.leaves), "method": method}
@@ -184,6 +227,8 @@ def _code(name: str, text: str, effect: Effect, *declared: Parameter, **options:
 def _method(usual: str, *choices: str) -> Parameter:
     return Parameter("method", "text", default=usual, choices=choices, by_name=True)
 
+
+LEAF = Parameter("leaf", "text", "Its name or path.", names="leaf")
 
 ROWS = (
     FaultKind(
@@ -220,16 +265,39 @@ ROWS = (
         on(service(Side.REQUEST), _fail),
         takes_fields=True,
     ),
+    FaultKind(
+        "serve",
+        "The service has a server that returns these fields, if it has no other.",
+        _serve,
+        (replace(SERVICE, names=""),),
+        "Services",
+        "scripts",
+        takes_fields=True,
+    ),
     _code(
         "raise_in_leaf",
         "An exception is raised in a leaf of the tree.",
         _raise_in_leaf,
-        Parameter("leaf", "text", "Its name or path.", names="leaf"),
+        LEAF,
         ERROR,
         _method("update", "initialise", "update", "terminate"),
         ON,
         draw=_drawn_leaf,
         waits=True,
+    ),
+    FaultKind(
+        "return_status",
+        "A leaf returns this status, and its `update` is not called. Fields are attributes of a "
+        "leaf in Python, such as its outputs.",
+        _return_status,
+        (
+            LEAF,
+            Parameter("status", "text", choices=("success", "failure", "running")),
+        ),
+        "Code",
+        "scripts",
+        takes_fields=True,
+        draw=_drawn_status,
     ),
     _code(
         "raise_in_maneuver",

@@ -197,7 +197,8 @@ class _Parser:
         if not math.isfinite(number):
             raise ExpressionError("BT-304", f"{token.shown} is too large", token.column)
         unit = self._next
-        is_name = reader is not None and reader.knows(unit.text)
+        after = self._tokens[min(self._at + 1, len(self._tokens) - 1)]
+        is_name = after.text == "=" or (reader is not None and reader.knows(unit.text))
         is_unit = unit.text in UNITS or (has_unit and not is_name)
         if unit.kind != "word" or not is_unit:
             return number

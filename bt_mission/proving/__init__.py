@@ -15,6 +15,7 @@ from one limit to the next.
 - ``explorer``: all states, breadth first
 - ``claims``: what is proved of the states
 - ``proof``: the result and the findings, as text and as JSON
+- ``timelines``: the messages, responses and statuses of leaves on a way, as faults of a scenario
 - ``played``: the answers of a way with their times, as a scenario has them
 - ``confirm``: a finding as a scenario and a test, and its run on the stage
 """

@@ -46,9 +46,16 @@ class Service:
         self._choices, self._answers, self._cases = choices, answers, cases
         self._callers, self._evaluator_of = callers, evaluator_of
         self.is_away = False
+        self.on_response: Callable[[Mapping[str, Any]], None] = _ignore
+        """Called with the fields of each response."""
         self.calls: list[tuple[ServiceLeaf, Callable[[Any], None]]] = []
         """The leaves that wait for an answer, and what takes it."""
         self.is_mute = False
+
+    @property
+    def has_success(self) -> bool:
+        """Do its responses say whether they are a success?"""
+        return hasattr(self._type.Response(), "success")
 
     def is_ready(self) -> bool:
         """Choose whether there is a server."""
@@ -83,7 +90,7 @@ class Service:
             if row.name == "no_response":
                 options.append(_option(self.name, row, self._fall_silent))
                 continue
-            if row.name == "fail" and not hasattr(self._type.Response(), "success"):
+            if row.name == "fail" and not self.has_success:
                 continue
             for fields in self._responses():
                 given = {"success": row.name != "fail"} | fields
@@ -98,6 +105,7 @@ class Service:
     def _respond(self, fields: Mapping[str, Any]) -> None:
         (_, answer), response = self.calls.pop(0), self._type.Response()
         known = {name: value for name, value in fields.items() if _has(response, name)}
+        self.on_response(known)
         answer(assign(response, known))
 
     def _responses(self) -> Iterator[dict[str, Any]]:
@@ -130,9 +138,13 @@ class Topic:
         self._waiting, self._evaluator_of = waiting, evaluator_of
         self._follows = follows
         self.listeners: list[Callable[[Any], None]] = []
+        self.on_message: Callable[[Mapping[str, Any]], None] = _ignore
+        """Called with the fields of each message."""
         self.value: Any = None
         """The value of the field that a variable follows; None before the first message."""
         self.is_quiet = False
+        self.count = 0
+        """The number of its messages."""
 
     def listen(self, listener: Callable[[Any], None]) -> None:
         """Hand messages to a listener."""
@@ -205,6 +217,8 @@ class Topic:
         return {follow.settings.field: value for follow in self._follows}
 
     def _publish(self, fields: Mapping[str, Any]) -> None:
+        self.count += 1
+        self.on_message(fields)
         for listener in tuple(self.listeners):
             listener(assign(self._type(), fields))
 
@@ -258,6 +272,8 @@ class AnyBehaviour(Leaf):
         super().__init__(node, values)
         self.answer = ""
         """The name of the row, or "running"."""
+        self.on_answer: Callable[[], None] = _ignore
+        """Called at each tick with the answer and the values of outputs."""
 
     def setup(self, **kwargs: Any) -> None:
         """Take the environment."""
@@ -280,12 +296,20 @@ class AnyBehaviour(Leaf):
             rows = self._answers.at("python", self.name)
             index = self._choices.choose([_option(f"'{self.name}'", row) for row in rows])
             self.answer = rows[index].name
+        if self.answer not in ("raise", "running"):
+            self._write_outputs()
+        self.on_answer()
         if self.answer == "raise":
             raise RuntimeError(f"raised by {self._node.target}")
         if self.answer == "running":
             return Status.RUNNING
-        self._write_outputs()
         return Status.SUCCESS if self.answer == "success" else Status.FAILURE
+
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """The values of its attributes that variables read."""
+        values = self._values.scope.values
+        return {name: values[variable] for name, variable in self._node.outputs.items()}
 
     def _write_outputs(self) -> None:
         for variable in self._node.outputs.values():
@@ -344,6 +368,10 @@ def _option(
     name: str, row: Answer, act: Callable[[], None] | None = None, more: str = ""
 ) -> Option:
     return Option(f"{name} {row.words}{more}" if row.words else "", row.faults, act)
+
+
+def _ignore(*_: Any) -> None:
+    """Note nothing."""
 
 
 def _has(message: Any, dotted: str) -> bool:

@@ -16,6 +16,7 @@ from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.language.mission import Mission
 from bt_mission.proving.played import Played
 from bt_mission.proving.proof import Finding, ProofOptions, StageRun
+from bt_mission.proving.requirements import STATUSES
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.scenarios.writer import mission_as_data, write_test
@@ -29,6 +30,13 @@ MOST_SEEDS = 8
 """Number of seeds to try for a run with random draws."""
 
 ONE_GOAL = "one goal at the base"
+CLEANED = "the clean-up runs"
+ACCOUNTED = "the ledger holds the goal"
+NO_RUN = {
+    "dead_node": "no run shows that a node is never entered",
+    "interrupt": "a run that does not end after Ctrl-C is not tried",
+}
+"""By property, why no run shows it."""
 _PLACE = re.compile(r"^\S+:\d+:\d+: ")
 
 
@@ -41,6 +49,7 @@ class Check:
         requirements: Part of the scenario.
         limit_s: The run ends this many seconds behind the end of the way; None for the usual.
         has_open_goals: Do goals that the way leaves open never end?
+        why_not: Why a run that does not show it decides nothing; "" if it does.
     """
 
     shows: Callable[[ScenarioResult], bool]
@@ -48,11 +57,17 @@ class Check:
     requirements: Mapping[str, str] = field(default_factory=dict)
     limit_s: float | None = None
     has_open_goals: bool = True
+    why_not: str = ""
 
 
-def check_of(finding: Finding) -> Check | None:
-    """Return the check of a finding; None where no run shows it."""
+def check_of(finding: Finding) -> Check:
+    """Return the check of a finding.
+
+    Raises:
+        BtMissionError: No run shows it.
+    """
     broken = finding.broken
+    why = NO_RUN.get(finding.property, "no run shows it")
     match broken.name if broken is not None else "":
         case "one_goal_at_the_base":
             return Check(
@@ -75,7 +90,23 @@ def check_of(finding: Finding) -> Check | None:
                 limit_s=LONGEST_S,
                 has_open_goals=not is_cycle,
             )
-    return None
+        case "cleanup" if finding.property == "cleanup":
+            cleanup = f"{finding.nodes[0]}.1"
+            has_run = " or ".join(f'{word}("{cleanup}")' for word in STATUSES)
+            return Check(
+                lambda result: CLEANED in result.violated,
+                requirements={CLEANED: f"eventually {has_run}"},
+                limit_s=BEHIND_S,
+            )
+        case "goals_accounted" if finding.property == "goals_accounted":
+            owner = finding.nodes[0]
+            return Check(
+                lambda result: ACCOUNTED in result.violated,
+                requirements={ACCOUNTED: f'never accepted("{owner}") and open_goals < 1'},
+                limit_s=BEHIND_S,
+                why_not="a run shows a lost goal only while its leaf waits for it",
+            )
+    raise BtMissionError(why, code="BT-713")
 
 
 def _added(finding: Finding, options: ProofOptions) -> dict[str, str]:
@@ -108,8 +139,6 @@ def scenario_data(
         BtMissionError: It holds what no scenario expresses.
     """
     check = check_of(finding)
-    if check is None:
-        raise BtMissionError("no run shows it", code="BT-713")
     played = Played(options.environment(mission), list(finding.way))
     if played.others:
         raise BtMissionError(f"a scenario does not script: {played.others[0]}", code="BT-713")
@@ -169,9 +198,7 @@ def _run(
 ) -> StageRun:
     """Write the files of a finding, and run them; of random draws, with several seeds."""
     check, environment = check_of(finding), options.environment(mission)
-    assert check is not None, "it has a scenario"
-    for script in finding.way:
-        environment.step(script)
+    played = Played(environment, list(finding.way))
     has_draws = bool(environment.scope.generators)
     seeds = [{}, *({"seed": seed} for seed in range(MOST_SEEDS))] if has_draws else [{}]
     for seed in seeds:
@@ -183,6 +210,7 @@ def _run(
         if check.shows(result):
             return replace(files, is_confirmed=True)
     abstract = [*environment.abstracted, *(f"'{name}' is cut" for name in environment.cut)]
+    abstract += [*played.doubts, *filter(None, [check.why_not])]
     if has_draws:
         abstract.append(f"it needs other random draws than those of {MOST_SEEDS} seeds")
     if abstract:

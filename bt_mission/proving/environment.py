@@ -20,7 +20,7 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
-from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
+from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
 from bt_mission.behaviours.decorators import Repeat, Subtree
 from bt_mission.behaviours.runtime import Generator, Scope
 from bt_mission.core.stamps import NS
@@ -221,6 +221,7 @@ class Environment:
             self.executive,
             self.ledger,
             self._goal_servers,
+            self._topics,
             self.answers,
             () if rounds == 0 else loose_deadlines(nodes, self._evaluators),
         )
@@ -261,9 +262,33 @@ class Environment:
         return tuple(self._goal_servers.values())
 
     @property
-    def services(self) -> tuple[str, ...]:
-        """The names of the services."""
-        return tuple(self._services)
+    def services(self) -> tuple[Service, ...]:
+        """The services that the mission calls."""
+        return tuple(self._services.values())
+
+    @property
+    def topics(self) -> tuple[Topic, ...]:
+        """The topics that the mission reads."""
+        return tuple(self._topics.values())
+
+    @property
+    def publishers(self) -> tuple[Speech, ...]:
+        """The topics on which the mission publishes."""
+        return tuple(self._speeches.values())
+
+    @property
+    def any_behaviours(self) -> tuple[AnyBehaviour, ...]:
+        """The leaves that stand for classes of the user's."""
+        return tuple(self._any_behaviours)
+
+    def subscriptions_wanted(self, publisher: Speech) -> int:
+        """Return for how many subscriptions a leaf waits at most before it publishes."""
+        written = [
+            self._evaluators[node].node
+            for node in self.executive.nodes
+            if isinstance(node, PublishLeaf)
+        ]
+        return max(int(node.readers) for node in written if _full(node.ros_name) == publisher.name)
 
     @property
     def abstracted(self) -> Iterator[str]:

@@ -234,7 +234,10 @@ class _Exploration:
         before = environment.limits
         is_allowed = environment.step(script)
         shown = self._claims.look(environment) if is_allowed else ()
-        return self._known.learn(waiting.shape, before, shown, is_allowed=is_allowed)
+        step = self._known.taken(before, shown, is_allowed=is_allowed)
+        if self._learns:
+            self._known.learn(waiting.shape, step.effect)
+        return step
 
     def _reached(self, waiting: _Waiting) -> Memento:
         """Return the memento of a state: the mission takes the steps to it from a kept one."""

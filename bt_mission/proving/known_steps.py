@@ -166,19 +166,13 @@ class KnownSteps:
             return None
         return Step(tuple(taken), list(leaving(taken, allowed, given)), faults_left, effect)
 
-    def learn(
-        self, shape: int, before: tuple[Due, ...], shown: tuple[Any, ...], *, is_allowed: bool
-    ) -> Step:
-        """Return the step that was taken, which is known from now on.
+    def taken(self, before: tuple[Due, ...], shown: tuple[Any, ...], *, is_allowed: bool) -> Step:
+        """Return the step that was taken.
 
         Args:
-            shape: Of the state in which it began.
-            before: The limits of that state.
+            before: The limits of the state in which it began.
             shown: What the claims have seen.
             is_allowed: Was it within the bound on faults?
-
-        Raises:
-            DivergedError: It has other options or limits than another step from this shape.
         """
         environment = self._environment
         effect = None
@@ -199,13 +193,21 @@ class KnownSteps:
                 shown,
             )
         choices = environment.choices
-        self._note(shape, choices.trail, effect)
         return Step(choices.taken, list(choices.others()), choices.faults_left, effect)
 
-    def _note(self, shape: int, trail: list[Turn], effect: Effect | None) -> None:
+    def learn(self, shape: int, effect: Effect | None) -> None:
+        """Know the step that was taken from now on.
+
+        Args:
+            shape: Of the state in which it began.
+            effect: Its effect.
+
+        Raises:
+            DivergedError: It has other options or limits than another step from this shape.
+        """
         branches: dict[Any, _Place | Effect] = self._begins
         branch: Any = shape
-        for turn in trail:
+        for turn in self._environment.choices.trail:
             place = branches.get(branch)
             if place is None:
                 place = branches[branch] = _Place(turn)

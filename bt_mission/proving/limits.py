@@ -19,7 +19,7 @@ from bt_mission.executive.executive import Executive
 from bt_mission.goals.ledger import Ledger
 from bt_mission.proving.abstraction import NEVER_NS, Loose
 from bt_mission.proving.answers import AnswerSet
-from bt_mission.proving.clients import AnyBehaviour
+from bt_mission.proving.clients import AnyBehaviour, Topic
 from bt_mission.proving.goal_servers import GoalServer
 
 LIMITS = {
@@ -58,6 +58,7 @@ class RunningLimits:
         executive: Runs the mission.
         ledger: Keeps its goals.
         servers: By the name of the action; more may be added.
+        topics: By their names; more may be added.
         answers: Which servers are ever late.
         loose: The nodes with an abstract deadline, which is no limit.
     """
@@ -67,11 +68,12 @@ class RunningLimits:
         executive: Executive,
         ledger: Ledger,
         servers: Mapping[str, GoalServer],
+        topics: Mapping[str, Topic],
         answers: AnswerSet,
         loose: Iterable[Loose],
     ) -> None:
         self._executive, self._ledger = executive, ledger
-        self._servers, self._answers = servers, answers
+        self._servers, self._topics, self._answers = servers, topics, answers
         nodes = executive.nodes
         self._leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._of_leaves = {
@@ -116,7 +118,9 @@ class RunningLimits:
     def _others(self) -> Iterator[tuple[Any, int]]:
         yield from self._ledger.limits_due
         if not self._executive.is_done:
-            yield from self._executive.followed.limits_due
+            for variable, at_ns in self._executive.followed.limits_due:
+                # Each message begins the limit again, which may end at the same instant.
+                yield (variable, self._topics[variable.topic].count), at_ns
 
     def faults_of(self, due: Due) -> float:
         """Return the faults that it takes for a limit to be over.

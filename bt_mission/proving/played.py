@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.core.stamps import NS
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
-from bt_mission.proving.answers import ANSWERS
 from bt_mission.proving.choices import Script
 from bt_mission.proving.environment import INTERRUPT, START_NS, TICK_NS, Environment
 from bt_mission.proving.goal_servers import GoalServer
+from bt_mission.proving.timelines import BEAT_S, Effect, Timeline, Timelines, seconds_of
 
 ENDS = {
     GoalStatus.SUCCEEDED: "succeed",
@@ -18,15 +17,7 @@ ENDS = {
     GoalStatus.CANCELED: "cancel",
 }
 _TIME = "time passes: "
-BEAT_S = TICK_NS / NS
-"""The interval of feedback that keeps a goal from its limit of silence, s."""
 _DRAWS = " draws "
-_SERVICE_FAULTS = {
-    ANSWERS["respond"].words: "",
-    ANSWERS["fail"].words: "fail_service {} success=false",
-    ANSWERS["no_response"].words: "ignore_service {}",
-}
-"""The faults of scenarios for the answers of services; "" for the usual answer."""
 _BY_ITSELF = ("is over", "is not done in time", "has done its rounds")
 """How the words of limits and loops end, which a run meets without a server."""
 
@@ -63,21 +54,22 @@ class Played:
         goals: In the order in which they were sent.
         interrupt_s: When Ctrl-C comes, s since the start; None for never.
         others: The answers that no scenario scripts, as text.
+        doubts: Why a run that does not show the finding decides nothing.
         end_s: The time at the end of the way, s since the start.
     """
 
     def __init__(self, environment: Environment, way: list[Script]) -> None:
         self.goals: list[PlayedGoal] = []
         self.interrupt_s: float | None = None
-        self.others: list[str] = []
+        self._timelines = Timelines(environment)
+        self.others, self.doubts = self._timelines.others, self._timelines.doubts
         self._environment = environment
         self._known: dict[int, PlayedGoal] = {}
         self._before_ns = START_NS
-        self._service_faults: list[str] = []
-        self._away: dict[str, list[list[float | None]]] = {}
+        self._away = {server.name: Timeline() for server in environment.goal_servers}
         for script in way:
             self._step(script)
-        self.end_s = _seconds(environment.now_ns - START_NS)
+        self.end_s = seconds_of(environment.now_ns - START_NS)
 
     def servers(self, *, ends_open_goals: bool) -> dict[str, Any]:
         """Return the servers of a scenario.
@@ -92,7 +84,7 @@ class Played:
                 written["end"] = "never"
             elif entry.is_open and entry.goal.accepted:
                 sent_ns = entry.goal.sent_ns
-                written["after"] = _seconds(self._environment.now_ns + 2 * TICK_NS - sent_ns)
+                written["after"] = seconds_of(self._environment.now_ns + 2 * TICK_NS - sent_ns)
             if written.get("end") == "succeed":
                 del written["end"]
             servers.setdefault(entry.action.strip("/"), []).append(written)
@@ -100,30 +92,27 @@ class Played:
 
     @property
     def faults(self) -> list[str]:
-        """The faults of a scenario: servers that are not there, and services that fail."""
-        return self._service_faults + [
-            f"at {begin:g}: kill_server {action.strip('/')}"
-            + ("" if end is None else f" lasting {end - begin:g}")
-            for action, spans in self._away.items()
-            for begin, end in spans
-            if begin is not None
-        ]
+        """Faults of a scenario: servers of actions that are away; answers of other clients."""
+        away = [fault for timeline in self._away.values() for fault in timeline.faults]
+        return self._timelines.faults + away
 
     # ---- the way ----------------------------------------------------------------------------
 
     def _step(self, script: Script) -> None:
         environment = self._environment
         before_ns = self._before_ns = environment.now_ns
+        self._timelines.begin()
         environment.step(script)
+        self._timelines.end(environment.choices.words)
         names = [server.name for server in environment.goal_servers]
         for words in environment.choices.words:
             if words == INTERRUPT:
-                self.interrupt_s = _seconds(before_ns - START_NS)
+                self.interrupt_s = seconds_of(before_ns - START_NS)
             elif not (
                 words.startswith((_TIME, *(f"{name} " for name in names)))
                 or words.endswith(_BY_ITSELF)
                 or _DRAWS in words
-                or self._note_service(words, before_ns)
+                or self._timelines.knows(words)
             ):
                 self.others.append(words)
         for entry in self.goals:
@@ -142,16 +131,6 @@ class Played:
             self._note_presence(server)
             self._note_silence(server)
 
-    def _note_service(self, words: str, at_ns: int) -> bool:
-        """Note the answer of a service; return whether a scenario has it."""
-        name, _, answer = words.partition(" ")
-        if name not in self._environment.services or answer not in _SERVICE_FAULTS:
-            return False
-        if fault := _SERVICE_FAULTS[answer]:
-            begin, name = _seconds(at_ns - START_NS), name.strip("/")
-            self._service_faults.append(f"at {begin:g}: {fault.format(name)} lasting 0.05")
-        return True
-
     def _note_answer(self, goal: Goal, answer: Event | GoalStatus | None, message: Any) -> None:
         entry = self._known.get(id(goal))
         if entry is None:
@@ -165,7 +144,7 @@ class Played:
 
     def _since(self, entry: PlayedGoal) -> float:
         """Return when an answer comes that the next tick sees, s since the goal was sent."""
-        return _seconds(self._environment.now_ns + TICK_NS - entry.goal.sent_ns)
+        return seconds_of(self._environment.now_ns + TICK_NS - entry.goal.sent_ns)
 
     def _note_event(self, entry: PlayedGoal, event: Event) -> None:
         match event:
@@ -201,7 +180,7 @@ class Played:
         entry.beat_ns = self._environment.now_ns
         last = {**messages[-1]} if messages else {}
         if "every" not in last or last.get("values", {}) != values.get("values", {}):
-            after = _seconds(self._environment.now_ns - entry.goal.sent_ns)
+            after = seconds_of(self._environment.now_ns - entry.goal.sent_ns)
             messages.append({"after": after, "every": BEAT_S, **values})
 
     def _note_silence(self, server: GoalServer) -> None:
@@ -213,7 +192,7 @@ class Played:
             entry.is_silent = True
             messages = entry.written.setdefault("feedback", [])
             if messages and "every" in messages[-1]:
-                after = _seconds(entry.beat_ns - entry.goal.sent_ns)
+                after = seconds_of(entry.beat_ns - entry.goal.sent_ns)
                 last = {name: value for name, value in messages[-1].items() if name != "every"}
                 messages.append({**last, "after": after})
 
@@ -221,18 +200,12 @@ class Played:
 
     def _note_presence(self, server: GoalServer) -> None:
         """Note when a server goes, one tick before the tick that notices it, and comes back."""
-        spans = self._away.setdefault(server.name, [])
-        is_away = bool(spans) and spans[-1][1] is None
-        now_ns = self._environment.now_ns
-        if server.is_away and not is_away:
-            gone_ns = max(START_NS, now_ns - TICK_NS)
-            spans.append([_seconds(gone_ns - START_NS), None])
-        elif is_away and not server.is_away:
-            spans[-1][1] = _seconds(now_ns - START_NS)
-
-
-def _seconds(nanoseconds: int) -> float:
-    return round(nanoseconds / NS, 3)
+        timeline, now_ns = self._away[server.name], self._environment.now_ns
+        if server.is_away and timeline.last is None:
+            killed = Effect("kill_server", {"action": server.name.strip("/")})
+            timeline.change(max(START_NS, now_ns - TICK_NS), killed)
+        elif timeline.last is not None and not server.is_away:
+            timeline.change(now_ns, None)
 
 
 def _changed(message: Any) -> dict[str, Any]:

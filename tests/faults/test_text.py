@@ -42,6 +42,13 @@ def test_arguments_have_places_and_names(arguments: str) -> None:
     assert fault.arguments == {"topic": "scan", "share": 0.5}
 
 
+def test_the_name_of_a_field_behind_a_number_is_no_unit() -> None:
+    """With or without a unit of the number."""
+    for every in ("0.05", "50 ms"):
+        fault = parse_fault(f"at 1: publish load every {every} data=3.0")
+        assert fault.arguments == {"topic": "load", "every": 0.05, "data": 3.0}
+
+
 @pytest.mark.parametrize(
     ("text", "begins"),
     [

@@ -139,23 +139,119 @@ def test_a_service_that_fails_is_a_fault(tmp_path: Path) -> None:
     (finding,) = run_all(tmp_path, tree, answers=answers)
     assert finding.stage is not None
     assert finding.stage.is_confirmed
-    assert scenario_of(finding)["faults"] == ["at 0.05: ignore_service stop lasting 0.05"]
+    assert scenario_of(finding)["faults"] == [
+        "at 0.0: serve stop success=true",
+        "at 0.05: ignore_service stop lasting 0.05",
+    ]
 
 
-def test_what_no_scenario_scripts_is_named(tmp_path: Path) -> None:
-    """Messages of a topic are not scripted, and no run shows a node that is never entered."""
+def test_a_message_that_a_mission_waits_for_is_published(tmp_path: Path) -> None:
+    """It comes with the tick of the way."""
     tree = """  sequence:
     - wait_for: {topic: /ready, type: std_msgs/msg/Bool, until: data}
       timeout: 5
       name: ready
     - """ + UNSET.strip().replace("\n", "\n    ")
     (finding,) = run_all(tmp_path, tree)
-    assert str(finding.stage) == (
-        "not decided on the stage: a scenario does not script: /ready sends a message that meets "
-        "the condition, data = True"
-    )
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed, finding.stage
+    assert scenario_of(finding)["faults"] == [
+        "at 0.0: drop ready lasting 0.1",
+        "at 0.1: publish ready data=true",
+    ]
+
+
+def test_a_topic_that_a_variable_follows_has_its_values_and_falls_silent(tmp_path: Path) -> None:
+    """A value comes again at each tick, until the topic falls silent or has another."""
+    head = """\
+follow:
+  - {topic: /load, type: std_msgs/msg/Float64, field: data, as: load, timeout: 1, initial: 0.0}
+requirements:
+  is light: never $load > 2
+"""
+    tree = """  sequence:
+    - fallback: [{check: load < 4}, {log: heavy}]
+    - wait: 2
+    - log: $load"""
+    sent, silent = run_all(tmp_path, tree, head, faults=1)[:2]
+    assert sent.stage is not None
+    assert silent.stage is not None
+    assert (sent.stage.is_confirmed, silent.stage.is_confirmed) == (True, True)
+    assert scenario_of(sent)["faults"] == [
+        "at 0.0: drop load lasting 0.1",
+        "at 0.1: publish load every 0.05 data=3.0",
+    ]
+    assert silent.steps[1:] == ("/load sends nothing more", "time passes: 'wait' is over")
+    assert scenario_of(silent)["faults"] == [
+        "at 0.0: drop load lasting 0.1",
+        "at 0.1: publish load every 0.05 data=0.0 lasting 0.075",
+        "at 0.175: drop load",
+    ]
+
+
+CODE = """\
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+
+class Door(Behaviour):
+    width = 1.0
+
+    def update(self):
+        self.width = 2.0
+        return Status.SUCCESS
+"""
+
+
+def test_a_leaf_in_python_returns_the_statuses_of_the_way(tmp_path: Path) -> None:
+    """With the values of its outputs, or it raises."""
+    (tmp_path / "door.py").write_text(CODE)
+    tree = """  sequence:
+    - fallback:
+        - python: door.py:Door
+          name: door
+          outputs: {width: width}
+        - log: no door
+    - check: width > 1
+    - check: width < 3"""
+    head = "requirements: {opens: never $width > 2}\n"
+    value, waits = run_all(tmp_path, tree, head)
+    assert value.stage is not None
+    assert waits.stage is not None
+    assert (value.stage.is_confirmed, waits.stage.is_confirmed) == (True, True)
+    fault = "return_status door failure width=3.0 lasting 0.05"
+    assert scenario_of(value)["faults"] == [f"at 0.05: {fault}"]
+    assert scenario_of(waits)["faults"] == ["at 0.05: return_status door running"]
+
+
+def test_a_service_and_a_reader_that_no_stage_has_are_there(tmp_path: Path) -> None:
+    """The way goes past both."""
+    (tmp_path / "door.py").write_text(CODE)
+    tree = """  sequence:
+    - publish: {topic: /opening, type: std_msgs/msg/Bool, message: {data: true}}
+    - service: {name: /count, type: rcl_interfaces/srv/ListParameters}
+    - fallback:
+        - timeout: 5
+          do: {python: door.py:Door, name: door, outputs: {width: width}}
+        - log: no door
+    - log: $width"""
+    answers = parse_answers("usual,*:no_server,*:no_readers")
+    (finding,) = run_all(tmp_path, tree, answers=answers)
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    assert scenario_of(finding)["faults"] == [
+        "at 0.0: subscribe opening",
+        "at 0.0: serve count",
+        "at 0.1: return_status door running",
+    ]
+
+
+def test_what_no_run_shows_is_named(tmp_path: Path) -> None:
+    """A node that is never entered is the absence of a run."""
     (dead,) = run_all(tmp_path, f"  fallback:\n    - log: always\n    - {TURN}")
-    assert str(dead.stage) == "not decided on the stage: no run shows it"
+    assert str(dead.stage) == (
+        "not decided on the stage: no run shows that a node is never entered"
+    )
     assert dead.as_dict()["confirmed"] is None
 
 
@@ -171,7 +267,7 @@ def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -
     - log: $code"""
     (finding,) = run_all(tmp_path, tree)
     assert finding.steps[3] == "/move has a server again"
-    assert scenario_of(finding)["faults"] == ["at 0: kill_server move lasting 0.15"]
+    assert scenario_of(finding)["faults"] == ["at 0.0: kill_server move lasting 0.15"]
     assert finding.stage is not None
     assert finding.stage.is_confirmed
 

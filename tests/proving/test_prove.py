@@ -74,12 +74,21 @@ tree:
 """
 
 
+FOLLOWED = """mission: m
+follow:
+  - {topic: /load, type: std_msgs/msg/Float64, field: data, as: load, timeout: 1, initial: 0.0}
+tree:
+  sequence: [{check: load < 4}, {wait: 2}, {log: $load}]
+"""
+"""A message begins the limit of a topic again, which may then end at the same instant as before."""
+
+
 @pytest.mark.parametrize("seed", range(0, 40, 3))
 def test_known_steps_do_what_the_mission_does(seed: int) -> None:
     """The exploration that takes every step has the same states, ends and findings."""
     missions = [small_mission(seed), looping_mission(seed)]
     if not seed:
-        missions += [load(PARALLEL), load(ROOT / "missions" / "square.yaml")]
+        missions += [load(PARALLEL), load(FOLLOWED), load(ROOT / "missions" / "square.yaml")]
     for mission in missions:
         known, taken = Claims(), Claims()
         options = ProofOptions(faults=1)
