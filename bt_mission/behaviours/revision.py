@@ -62,7 +62,7 @@ class Graft:
         self.followed = followed
         self._runtime = runtime
         self._old = {path: node for node, path in paths.items()}
-        self._is_kept = is_kept
+        self.is_kept = is_kept
         self._kept = self._leaves_that_stay()
         """The leaves that stay, by their new paths."""
         self._whole = self._unchanged_above()
@@ -97,7 +97,7 @@ class Graft:
     @property
     def is_current(self) -> bool:
         """Whether the leaves that stay are the same as when it was built."""
-        return not self._is_kept or self._leaves_that_stay() == self._kept
+        return not self.is_kept or self._leaves_that_stay() == self._kept
 
     @property
     def refusals(self) -> list[str]:
@@ -225,7 +225,7 @@ class Graft:
         if node.below or not node.is_linked:
             return False
         is_running = self._old[twin.path].status is RUNNING
-        return not node.is_changed or (self._is_kept and is_running)
+        return not node.is_changed or (self.is_kept and is_running)
 
     def _maker(
         self, make: Callable[[Any, Evaluator], Behaviour]

@@ -92,14 +92,14 @@ def fork(options: argparse.Namespace) -> int:
         raise BtMissionError(
             f"--video does not apply to fleets: {recording.VIDEO.not_for['fleet']}", code="BT-1102"
         )
-    change = ForkChange()
+    change, step_ns = ForkChange(), source.step_at(options.at or 0.0)
     if options.mission is not None:
-        change = edited(source, options.mission, permissions)
-    given = values_of(change.mission_of(source.mission), options.set)
+        change = edited(source, options.mission, permissions, step_ns)
+    given = values_of(change.mission_of(source.mission_at(step_ns)), options.set)
     change = replace(change, values={**change.values, **given}, faults=tuple(options.fault))
     if options.sweep_at:
         return _sweep(options, source, change)
-    result, kept = run_fork(options, source, change, source.step_at(options.at))
+    result, kept = run_fork(options, source, change, step_ns)
     if options.json:
         print(json.dumps({**result.as_dict(), "asked_at": options.at, **kept}))
     else:
@@ -116,6 +116,12 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
     from bt_mission.recording.forks import sweep
     from bt_mission.views.terminal.forks import fork_lines, sweep_lines, try_line
 
+    if change.edit is not None and source.revisions:
+        raise BtMissionError(
+            f"{source.path}: the mission was revised, so --sweep-at does not apply to --mission; "
+            "give the instant with --at S",
+            code="BT-1102",
+        )
     is_edited = change.edit is not None and change.edit.requirements != source.mission.requirements
     sweep.check_worth(source, has_more=bool(options.require) or is_edited)
     bare = argparse.Namespace(**vars(options) | dict.fromkeys(FILES))

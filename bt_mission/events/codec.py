@@ -95,6 +95,8 @@ def _revised(event: TreeRevised, _: Nodes) -> dict[str, Any]:
         "mission": event.mission,
         "number": event.number,
         "summary": event.summary,
+        "cycle": event.cycle,
+        "keep_goals": event.keep_goals,
         "kept": list(event.kept),
         "nodes": _shown(event.nodes),
     }
@@ -321,7 +323,17 @@ def _started_of(fields: Fields, _: Indices) -> RunStarted:
 def _revised_of(fields: Fields, _: Indices) -> TreeRevised:
     nodes = tuple(NodeInfo(**node) for node in fields["nodes"])
     mission, kept = fields["mission"], tuple(fields["kept"])
-    return TreeRevised(fields["t"], "", mission, nodes, kept, fields["number"], fields["summary"])
+    return TreeRevised(
+        fields["t"],
+        "",
+        mission,
+        nodes,
+        kept,
+        fields["number"],
+        fields["summary"],
+        cycle=fields["cycle"],
+        keep_goals=fields["keep_goals"],
+    )
 
 
 def _goal_of(fields: Fields, _: Indices) -> GoalChanged:

@@ -111,6 +111,8 @@ class TreeRevised(Event):
         number: 1 for the first revision of a run.
         summary: What has changed, as text.
         start_ns: ROS time of the start of the run, ns.
+        cycle: The number of cycles of the executive before it; 0 if it is not known.
+        keep_goals: Leaves that ran and have changed continue with their earlier values.
     """
 
     event_name = "revised"
@@ -124,6 +126,8 @@ class TreeRevised(Event):
     number: int
     summary: str = ""
     start_ns: int = 0
+    cycle: int = 0
+    keep_goals: bool = False
 
     def as_start(self) -> RunStarted:
         """Return the tree as that of a run that was already running."""

@@ -351,6 +351,8 @@ class Executive:
                 self.revisions,
                 summary,
                 self.started_ns,
+                self.cycles,
+                graft.is_kept,
             )
         )
         for node in self._nodes:

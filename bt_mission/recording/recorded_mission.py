@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from py_trees.common import Status
@@ -48,14 +48,22 @@ class RecordedMission:
         node: Full name of the executive's node.
         tree: The tree of the mission; None without one in the recording.
         topics: All topics in the recording.
+        nodes: The nodes of all versions of the mission.
     """
 
-    def __init__(self, node: str, tree: RunStarted | None, topics: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        node: str,
+        tree: RunStarted | None,
+        topics: Mapping[str, str],
+        nodes: Iterable[NodeInfo],
+    ) -> None:
         self.ending = ""
         """The final status of the mission, of :data:`FINAL`; empty before its end."""
         self.variables: dict[str, Plain | None] = {}
         self._node = node
         self._nodes: tuple[NodeInfo, ...] = () if tree is None else tree.nodes
+        self._of_all_versions = tuple(nodes)
         self._indices = {recorded.path: index for index, recorded in enumerate(self._nodes)}
         self._has_trace = f"{node}/{TRACE}" in topics and bool(self._nodes)
         self._topics = topics
@@ -182,7 +190,7 @@ class RecordedMission:
 
     def _node_status(self, status: Status, node: str) -> Reader | str:
         nodes, known, seen = self._named(node), self._status, self._seen
-        if not nodes:
+        if not self._known(node):
             return f"the recorded mission has no node {quoted(node)}"
         return lambda: any(
             known[index] is status or status in seen.get(index, ()) for index in nodes
@@ -193,14 +201,12 @@ class RecordedMission:
         return lambda: self._collisions
 
     def _outcome(self, node: str, outcome: str) -> Reader | str:
-        leaves = self._leaves(node)
-        if not leaves:
+        if not self._has_goal(node):
             return _no_goal(node)
         return lambda: self._outcomes.is_any(self._leaves(node), outcome)
 
     def _feedback_of(self, node: str, field: str) -> Reader | str:
-        leaves = self._leaves(node)
-        if not leaves:
+        if not self._has_goal(node):
             return _no_goal(node)
         if not any(topic.endswith(f"/_action/{FEEDBACK}") for topic in self._topics):
             return "the recording has no feedback"
@@ -213,8 +219,7 @@ class RecordedMission:
         Args:
             known: Returns the accepted goals under way, by their UUIDs in hexadecimal.
         """
-        leaves = self._leaves(node)
-        if not leaves:
+        if not self._has_goal(node):
             return _no_goal(node)
         seen: set[str] = set()
 
@@ -229,6 +234,13 @@ class RecordedMission:
         """Return the nodes with goals that have a name or path."""
         kind = ActionLeaf.__name__
         return [index for index in self._named(node) if self._nodes[index].kind == kind]
+
+    def _known(self, node: str) -> list[NodeInfo]:
+        """Return the nodes of any version with a name or path."""
+        return [known for known in self._of_all_versions if node in (known.name, known.path)]
+
+    def _has_goal(self, node: str) -> bool:
+        return any(known.kind == ActionLeaf.__name__ for known in self._known(node))
 
     def _goal_of(self, leaf: int) -> str:
         """Return the newest goal of a leaf; empty without one."""

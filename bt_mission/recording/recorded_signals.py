@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import RunStarted
+from bt_mission.events.events import NodeInfo, RunStarted, TreeRevised
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.formula import Requirement, signals_in
 from bt_mission.language.requirements.signals import SIGNALS
@@ -64,6 +64,8 @@ class RecordingSurvey:
         self.tree: RunStarted | None = None
         self.node = ""
         """Full name of the executive's node; empty without one."""
+        self.nodes: dict[NodeInfo, None] = {}
+        """The nodes of the trees of all versions of the mission."""
         self.is_in_order = True
         """Whether the messages are in the order of time."""
         self._newest_ns, self._oldest_ns = 0, LARGEST_NS
@@ -122,10 +124,12 @@ class RecordingSurvey:
         if isinstance(happening, SignalLine) and is_new:
             # It precedes the tree, which is sent at the end of the first tick.
             self._first_samples[happening.node] = happening.fields
-        elif isinstance(happening, ExecutiveMessage) and self.tree is None:
+        elif isinstance(happening, ExecutiveMessage):
             for event in happening.batch.events:
-                if isinstance(event, RunStarted):
+                if isinstance(event, RunStarted) and self.tree is None:
                     self.tree, self.node = event, happening.node
+                if isinstance(event, RunStarted | TreeRevised) and happening.node == self.node:
+                    self.nodes |= dict.fromkeys(event.nodes)
 
 
 @dataclass
@@ -170,7 +174,7 @@ class RecordedSignals:
         self.topics: dict[str, RecordedTopic] = {}
         """Those that signals are read from, by their names."""
         self._read_from: dict[str, RecordedTopic] = {}
-        self.mission = RecordedMission(survey.node, survey.tree, survey.topics)
+        self.mission = RecordedMission(survey.node, survey.tree, survey.topics, survey.nodes)
         self._survey = survey
         facts = survey.file.facts
         self._namespace = (namespace or facts.namespace).strip("/")

@@ -99,9 +99,7 @@ class RecordedRequirements:
     @property
     def names(self) -> KnownNames:
         """The names that requirements can use."""
-        if self.survey.tree is None:
-            return KnownNames()
-        nodes = self.survey.tree.nodes
+        nodes = self.survey.nodes
         goals = {node.name for node in nodes if node.kind == ActionLeaf.__name__}
         return KnownNames(
             {node.name: node.name in goals for node in nodes},

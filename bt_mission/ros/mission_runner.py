@@ -243,19 +243,19 @@ class MissionRunner(MissionRuntime):
                 "start it with `bt-mission run MISSION --editable`",
                 code="BT-908",
             )
-        await self._next_tick()
+        await self.next_tick()
         mission = self._read_revision(self.mission, request)
-        await self._next_tick()
+        await self.next_tick()
         plan = self.plan_revision(mission, keep_goals=request.keep_goals)
         plan.build(None if request.dry_run else self.revising.emit)
         if request.dry_run:
             return plan.preview()
-        await self._next_tick()
+        await self.next_tick()
         if not plan.is_current:
             return self.revise(mission, keep_goals=request.keep_goals)
         return self.apply_revision(plan)
 
-    def _next_tick(self) -> Future:
+    def next_tick(self) -> Future:
         """Return a future that is done after the next tick, or when the mission has ended."""
         self._after_tick = self._after_tick or Future()
         return self._after_tick

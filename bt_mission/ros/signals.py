@@ -265,7 +265,7 @@ class LiveSignals:
         return (self._runner.now_ns - self._executive.started_ns) / NS
 
     def _node_status(self, status: Status, node: str) -> Reader:
-        nodes, known, seen = self._named[node], self._status, self._seen
+        seen = self._seen
         of, value = -1, False
 
         def has_status() -> bool:
@@ -274,9 +274,10 @@ class LiveSignals:
                 of = self._changes
                 # A node that starts and ends in one tick has run, too. What a loop has reset for a
                 # new round, and not entered again, counts as it ended, as in the trace.
+                known = self._status
                 value = any(
                     known[behaviour] is status or status in seen.get(behaviour, ())
-                    for behaviour in nodes
+                    for behaviour in self._named[node]
                 )
             return value
 

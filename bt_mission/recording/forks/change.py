@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.behaviours.builder import revise_tree
-from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
 from bt_mission.core.text import seconds
 from bt_mission.core.yaml.document import read_text
@@ -18,6 +17,7 @@ from bt_mission.language.checks.scope import written_by
 from bt_mission.language.expressions.values import WORDS, Plain, fits, show, type_of
 from bt_mission.language.inputs import SET_OPTION, overridden
 from bt_mission.language.mission import Mission
+from bt_mission.ros.mission_runner import MissionRunner
 
 ROUNDING_S = 1e-6
 
@@ -34,6 +34,8 @@ class ForkChange:
         edit: Another version of the mission.
         new_tree: Where the tree of that version is another one; it then runs from the start, and
             has to do the same as the recorded one up to the fork.
+        is_revision: Whether that version has another tree, and the run is revised to it, since it
+            was revised before.
         faults: What goes wrong besides what was recorded, as it is written.
     """
 
@@ -41,6 +43,7 @@ class ForkChange:
     edit: Mission | None = None
     new_tree: Diagnostic | None = None
     faults: tuple[str, ...] = ()
+    is_revision: bool = False
 
     def __str__(self) -> str:
         names = [] if self.edit is None else [Path(self.edit.file).name]
@@ -80,12 +83,14 @@ class ForkChange:
             return self.edit
         return replace(recorded, requirements=self.edit.requirements)
 
-    def apply(self, scope: Scope) -> None:
+    def apply(self, runner: MissionRunner) -> None:
         """Give the variables their values, and have the nodes go by the other version.
 
         Raises:
             InputError: Where a variable holds a value of another type.
+            BtMissionError: The mission cannot be revised at that instant.
         """
+        scope = runner.scope
         for name, value in self.values.items():
             wanted = type_of(scope.values.get(name))
             wanted = "number" if wanted == "integer" else wanted
@@ -93,7 +98,13 @@ class ForkChange:
                 message = f"'{name}' is {WORDS[wanted]} at that instant"
                 raise InputError([_fault(name, value, message)])
         scope.values.update(self.values)
-        if self.edit is not None and not self.is_from_start:
+        if self.edit is not None and self.is_revision:
+            revision = runner.revise(self.edit)
+            if revision.is_refused:
+                raise InputError(
+                    [_fault("mission", self.edit.file, reason) for reason in revision.reasons]
+                )
+        elif self.edit is not None and not self.is_from_start:
             revise_tree(self.edit, scope)
 
 

@@ -21,8 +21,8 @@ FIXED = ("world", "robot", "seed", "map", "nodes")
 """The settings of a mission that cannot change after a run has begun."""
 
 
-def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChange:
-    """Return the change to another version of the mission.
+def edited(source: ForkSource, path: Path, permissions: Permissions, step_ns: int) -> ForkChange:
+    """Return the change to another version of the mission at a control step.
 
     An input with another value in the file takes that value at the fork; the others keep the values
     of the recorded run.
@@ -33,7 +33,7 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
     new = required(examine(path, permissions=permissions))
     if others := list(_other_heads(source.written, new)):
         raise InputError(others)
-    recorded, written = source.mission, source.written.inputs
+    recorded, written = source.mission_at(step_ns), source.written.inputs
     kept = {name: value for name, value in recorded.inputs.items() if name in new.inputs}
     values = {
         name: value for name, value in new.inputs.items() if value != written.get(name, value)
@@ -55,6 +55,8 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
     new_tree = frame_change(recorded, new)
     if new_tree is None:
         values |= {name: new.inputs[name] for name in new.inputs.keys() - written.keys()}
+    if new_tree is not None and recorded is not source.mission:
+        return ForkChange(values, edit, is_revision=True)
     return ForkChange(values, edit, new_tree)
 
 

@@ -13,7 +13,8 @@ from bt_mission.executive.report import Report
 from bt_mission.executive.stored_trace import trace_of
 from bt_mission.executive.trace_diff import Difference, first_difference
 from bt_mission.recording.forks.change import ForkChange
-from bt_mission.recording.forks.source import ForkError, ForkSource
+from bt_mission.recording.forks.revisions import RepeatedRevisions
+from bt_mission.recording.forks.source import ForkError, ForkSource, RecordedRevision
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -104,7 +105,6 @@ class ForkedRun:
         mission: Mission,
         parted: list[str],
     ) -> None:
-        source.refuse_revised(step_ns)
         self._parted_robots = parted
         self._source = source
         self._change = change
@@ -146,6 +146,7 @@ class ForkedRun:
         for line in run.trace.newest:
             self._take(line)
         run.trace.lines.subscribe(self._take)
+        RepeatedRevisions(stage, run, self._revisions, self._is_due)
         if self._change.is_applied:
             stage.clock.call_at(self._step_ns, self._apply)
         if limit_s is not None:
@@ -169,9 +170,24 @@ class ForkedRun:
         difference = self._difference(self._recorded)
         return ForkResult(source, self._change, self._step_ns, report, difference, same)
 
+    @property
+    def _revisions(self) -> list[RecordedRevision]:
+        """The recorded revisions that happen again: another version replaces the later ones."""
+        is_edited = self._change.edit is not None
+        return [
+            revised
+            for revised in self._source.revisions
+            if not is_edited or revised.time_ns < self._step_ns
+        ]
+
+    def _is_due(self, revised: RecordedRevision) -> bool:
+        """Whether the lines before a revision are there, or cannot be expected any more."""
+        before = sum(map(self._is_compared, self._source.trace[: revised.line]))
+        return self._parted is not None or len(self._lines) >= before
+
     def _apply(self) -> None:
         try:
-            self._change.apply(self._run.runner.scope)
+            self._change.apply(self._run.runner)
         except BtMissionError as error:
             self._fault = error
             self._leave()

@@ -20,10 +20,11 @@ from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
-from bt_mission.language.loader import read_mission, required
+from bt_mission.language.loader import Examined, read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
+from bt_mission.language.revision import compare
 from bt_mission.recording.facts import RunFacts, robot_of
 from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
@@ -50,6 +51,29 @@ class ForkError(BtMissionError):
 
 
 @dataclass(frozen=True)
+class RecordedRevision:
+    """A revision of a recorded mission.
+
+    Attributes:
+        time_ns: When, ns.
+        cycle: The number of cycles of the executive before it.
+        line: The number of its line in the trace.
+        is_after_step: Whether it happened after the control step, not in it.
+        keep_goals: Whether leaves that ran and had changed continued with their earlier values.
+        written: The version as its file has it.
+        mission: The same with the inputs of the run.
+    """
+
+    time_ns: int
+    cycle: int
+    line: int
+    is_after_step: bool
+    keep_goals: bool
+    written: Mission
+    mission: Mission
+
+
+@dataclass(frozen=True)
 class ForkSource:
     """A recorded run, with all data to run it again.
 
@@ -68,6 +92,7 @@ class ForkSource:
         summary: The result of the run; empty if the recording was cut.
         why_cut: Why the recording ends before its end; empty where it does not.
         differences: What is of another version here, a line each.
+        revisions: The revisions of the mission, in order.
         fleet: The name of the recorded fleet; empty of a robot alone.
         others: The other robots of the fleet.
     """
@@ -87,6 +112,7 @@ class ForkSource:
     summary: Mapping[str, Any]
     why_cut: str
     differences: tuple[str, ...]
+    revisions: tuple[RecordedRevision, ...] = ()
     fleet: str = ""
     others: tuple[ForkSource, ...] = ()
 
@@ -103,18 +129,10 @@ class ForkSource:
                 return str(event.get("status")), str(event.get("reason"))
         return "unknown", f"the recording ends here{self.why_cut and ': '}{self.why_cut}"
 
-    def refuse_revised(self, step_ns: int) -> None:
-        """Refuse a fork after a revision of the mission, which would not happen again.
-
-        Raises:
-            ForkError: With the instant of the revision.
-        """
-        for event in self.events:
-            if event.get("event") == "revised" and event["t"] <= step_ns:
-                raise ForkError(
-                    f"{self.path}: the mission was revised at {seconds(self.seconds(event['t']))}; "
-                    "it can only be forked before that"
-                )
+    def mission_at(self, step_ns: int) -> Mission:
+        """Return the version of the mission that ran before a control step."""
+        earlier = [revised.mission for revised in self.revisions if revised.time_ns < step_ns]
+        return earlier[-1] if earlier else self.mission
 
     @property
     def is_whole(self) -> bool:
@@ -249,6 +267,7 @@ def _read(path: Path, permissions: Permissions, robot: str | None) -> ForkSource
         summary=facts.summary,
         why_cut=file.why_cut,
         differences=tuple(_other_versions(facts.versions)),
+        revisions=tuple(_revisions_of(file, facts, events, mission, permissions)),
         fleet=facts.texts.get("fleet", ""),
     )
 
@@ -372,6 +391,60 @@ def _missions_of(
     if faults:
         raise InputError(faults)
     return written, mission
+
+
+def _revisions_of(
+    file: RecordedFile,
+    facts: RunFacts,
+    events: Sequence[Mapping[str, Any]],
+    running: Mission,
+    permissions: Permissions,
+) -> Iterator[RecordedRevision]:
+    """Yield each revision, with its mission.
+
+    Raises:
+        ForkError: Its files are missing.
+        InputError: Its mission cannot be read by this version.
+    """
+    pose_ns = 0
+    for line, event in enumerate(events):
+        if event.get("event") == "pose":
+            pose_ns = event["t"]
+        if event.get("event") != "revised":
+            continue
+        version = required(_version_of(file, facts, event["number"], permissions))
+        running = compare(running, version).after
+        yield RecordedRevision(
+            event["t"],
+            event["cycle"],
+            line,
+            pose_ns == event["t"],
+            event["keep_goals"],
+            version,
+            running,
+        )
+
+
+def _version_of(
+    file: RecordedFile, facts: RunFacts, number: int, permissions: Permissions
+) -> Examined:
+    folder = f"revision_{number}/"
+    if facts.stage is not None and len(facts.stage["robots"]) > 1:
+        folder = f"{facts.node.strip('/').replace('/', '.')}/{folder}"
+    texts = {
+        attached.name.removeprefix(folder): attached.data.decode(errors="replace")
+        for attached in file.attached
+        if attached.media_type == "text/plain" and attached.name.startswith(folder)
+    }
+    if not texts:
+        raise ForkError(f"{file.path}: lacks the files of revision {number}{_cut(file.why_cut)}")
+    name = next(iter(texts))
+    text = texts[name]
+    document = document_of(text, name, texts) if Path(name).suffix == XML else read_text(text, name)
+    zones = zones_in(_text_of(file, "world", "worlds/").data)
+    permissions = replace(permissions, texts=texts)
+    check = partial(tree_diagnostics, permissions=permissions)
+    return read_mission(document, permissions=permissions, zones=zones, check=check)
 
 
 def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:

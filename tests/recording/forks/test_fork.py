@@ -1,4 +1,4 @@
-"""Forks without a change, at random instants of shipped missions."""
+"""Forks without a change at random instants of shipped missions, and of revised missions."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ import random
 from pathlib import Path
 
 import pytest
+from bt_mission_interfaces.srv import ReviseMission
 
 from bt_mission.core.files import find
 from bt_mission.core.nature import Nature, Profile
+from bt_mission.language.checks.requirements import read_requirements
 from bt_mission.recording.forks.change import ForkChange
-from bt_mission.recording.forks.source import read_source
+from bt_mission.recording.forks.edit import edited
+from bt_mission.recording.forks.source import NO_PYTHON, read_source
 from bt_mission.recording.forks.stage import forked_stage
+from bt_mission.recording.verification import RecordedRequirements
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
@@ -65,3 +69,102 @@ def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
             again.step()
         report = finish(again.reports(1.0)).report
     assert (report.status, report.reason) == ("interrupted", "it had not ended after 5 s")
+
+
+BASE = """\
+mission: m
+world: empty_arena
+inputs: {speed: 0.1}
+requirements:
+  turns: 'eventually succeeded("left")'
+  is slow: always speed < 0.5
+tree:
+  sequence:
+    - turn: {angle: 90}
+      name: left
+      timeout: 60
+    - wait: 1
+      name: pause
+"""
+SECOND = BASE.replace("  sequence:\n", "  sequence:\n    - log: hello\n").replace(
+    "wait: 1", "wait: 2"
+)
+THIRD = SECOND + "    - move: {secs: 1, linear_velocity: speed}\n      name: late\n"
+FOURTH = THIRD.replace("angle: 90", "angle: 60")
+
+
+@pytest.fixture(scope="module")
+def revised(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with a revision before a tick, one on request, and one after a step."""
+    folder = tmp_path_factory.mktemp("revised")
+    path = folder / "run.mcap"
+    with Stage(
+        load(BASE),
+        image_folder=folder,
+        say=lambda _: None,
+        options=StageOptions(editable=True),
+    ) as stage:
+        recorder = RunRecorder(stage, path)
+        runner = stage.runner
+        stage.clock.call_at(2_000_000_000, lambda: runner.revise(load(SECOND)))
+        request = ReviseMission.Request(file="<text>", text=THIRD)
+        stage.clock.call_at(
+            2_500_000_000, lambda: stage.clock.create_task(runner.revise_on_request, request)
+        )
+        while not stage.is_done:
+            stage.step()
+            if runner.executive.revisions == 2 and stage.now_ns >= 3_000_000_000:
+                assert runner.revise(load(FOURTH), keep_goals=True).is_applied
+        recorder.finish(stage.report(1.0).as_dict())
+        assert (stage.executive.status, stage.executive.revisions) == ("success", 3)
+    return path
+
+
+@pytest.mark.parametrize("at_s", [0.5, 1.0, 5.0])
+def test_a_revised_run_happens_again(revised: Path, at_s: float) -> None:
+    """Wherever it is forked: its revisions take place at their instants."""
+    source = read_source(revised)
+    kinds = [(version.is_after_step, version.keep_goals) for version in source.revisions]
+    assert kinds == [(False, False), (False, False), (True, True)]
+    with forked_stage(source, ForkChange(), source.step_at(at_s)) as (again, finish):
+        while not again.is_done:
+            again.step()
+        result = finish(again.reports(1.0))
+    assert result.difference is None
+    assert again.trace.sha256 == source.summary["trace_sha256"]
+
+
+def test_a_change_after_a_revision_is_one_of_the_version_of_that_time(
+    revised: Path, tmp_path: Path
+) -> None:
+    """Another tree is a further revision there; later recorded ones do not happen."""
+    source = read_source(revised)
+    step_ns = source.step_at(1.9)
+    other = tmp_path / "other.yaml"
+    other.write_text(THIRD.replace("wait: 2", "wait: 0.5") + "    - log: bye\n")
+    change = edited(source, other, NO_PYTHON, step_ns)
+    with forked_stage(source, change, step_ns) as (again, finish):
+        while not again.is_done:
+            again.step()
+        result = finish(again.reports(1.0))
+        assert [node.name for node in again.executive.nodes] == [
+            *("m", "log", "left", "pause", "late", "log")
+        ]
+    assert (result.report.status, again.executive.revisions) == ("success", 3)
+    assert result.same_events > 40
+    assert source.seconds(step_ns) == pytest.approx(1.9, abs=0.05)
+
+
+def test_a_revised_run_is_verified_with_the_nodes_of_each_version(
+    revised: Path, tmp_path: Path
+) -> None:
+    """The verdicts are those of the run; a node of a later version can be named."""
+    recorded = RecordedRequirements(revised)
+    own = recorded.verify(recorded.own()).results
+    assert [result.verdict for result in own] == ["holds", "holds"]
+    file = tmp_path / "more.yaml"
+    file.write_text(
+        """requirements: {ends: 'eventually succeeded("late")', rests: 'never running("late")'}"""
+    )
+    results = recorded.verify(read_requirements([file], recorded.names)).results
+    assert [result.verdict for result in results] == ["holds", "violated"]
