@@ -196,7 +196,7 @@ def test_the_tool_says_what_it_found(capsys):
             "part 0 imports part 3",
         ),
         ("bt_mission.core.text", "import bt_mission.goals.goal\n", "layer 0 imports layer 0"),
-        ("bt_mission.ros.graph", "from bt_mission.cli import run\n", "layer 5 imports layer 15"),
+        ("bt_mission.ros.graph", "from bt_mission.cli import run\n", "layer 5 imports layer 16"),
         ("bt_mission.new.room", "from bt_mission.cli import run\n", "a package without a layer"),
         ("bt_mission.executive.trace", "import sim.world.world\n", "import servers and simulator"),
         ("bt_mission.executive.trace", "import nav2_msgs.action\n", "SPEAKS_ROS"),

@@ -31,6 +31,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.testing",),
     ("bt_mission.sweeps",),
     ("bt_mission.search",),
+    ("bt_mission.reproducing",),
     ("bt_mission.cli",),
 )
 """Packages of bt_mission, from the lowest layer: each imports those of lower layers."""
@@ -78,6 +79,7 @@ ASSEMBLES = (
     "bt_mission.editing",
     "bt_mission.sweeps",
     "bt_mission.search",
+    "bt_mission.reproducing",
     "bt_mission.cli",
     "bt_mission.testing",
 )

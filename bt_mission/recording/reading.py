@@ -6,6 +6,8 @@ after record until there is no more, and reports the cut.
 
 from __future__ import annotations
 
+import gzip
+import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -13,8 +15,9 @@ from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from struct import Struct
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
+import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile
@@ -121,6 +124,27 @@ Message = tuple[Channel, int, bytes]
 """A channel, a time (ns) and serialized data."""
 
 
+GZIP, ZSTANDARD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+"""The first bytes of compressed files."""
+
+UNPACKING = (EOFError, zlib.error, gzip.BadGzipFile, zstandard.ZstdError)
+
+
+def open_recording(path: Path) -> BinaryIO:
+    """Open a recording, also one that is compressed as a whole (gzip, Zstandard).
+
+    Raises:
+        OSError: It cannot be opened.
+    """
+    with path.open("rb") as stream:
+        beginning = stream.read(len(ZSTANDARD))
+    if beginning.startswith(GZIP):
+        return cast("BinaryIO", gzip.open(path, "rb"))
+    if beginning == ZSTANDARD:
+        return cast("BinaryIO", zstandard.open(path, "rb"))
+    return path.open("rb")
+
+
 def is_recording(path: Path) -> bool:
     """Return whether a file is a recording, and not a trace.
 
@@ -128,8 +152,10 @@ def is_recording(path: Path) -> bool:
         RecordingError: The file cannot be read, or begins as neither.
     """
     try:
-        with path.open("rb") as stream:
+        with open_recording(path) as stream:
             beginning = stream.read(len(MAGIC))
+    except UNPACKING as error:
+        raise RecordingError(f"{path}: cannot unpack it: {error}") from error
     except OSError as error:
         raise RecordingError(f"{path}: cannot read it: {error.strerror}") from error
     if not beginning or not (MAGIC.startswith(beginning) or beginning.startswith(b"{")):
@@ -280,9 +306,12 @@ class RecordedFile:
             RecordingError: The file is invalid or cannot be opened.
         """
         try:
-            with self.path.open("rb") as stream:
+            with open_recording(self.path) as stream:
                 self._check_beginning(stream)
+            with open_recording(self.path) as stream:
                 yield from self._messages(stream)
+        except UNPACKING as error:
+            raise RecordingError(f"{self.path}: cannot unpack it: {error}") from error
         except OSError as error:
             raise RecordingError(f"{self.path}: cannot read it: {error.strerror}") from error
 
@@ -294,7 +323,6 @@ class RecordedFile:
             raise RecordingError(
                 f"{self.path}: not an MCAP file; create one with `bt-mission run --record`"
             )
-        stream.seek(0)
 
     def _messages(self, stream: BinaryIO) -> Iterator[Message]:
         schemas: dict[int, records.Schema] = {}

@@ -35,7 +35,7 @@ DRAWN = frozenset(("share", "jitter"))
 
 TEST = '''"""{sentence}
 
-Found by bt-mission {command}; it passes once the mission is fixed. To see it:
+Found by bt-mission {command}; {meaning}. To see it:
 bt-mission run {file}
 """
 
@@ -245,13 +245,19 @@ def mission_as_data(mission: Mission, folder: Path) -> dict[str, Any]:
     return {**data, **({"inputs": given} if given else {})}
 
 
-def write_test(scenario: Path, sentence: str, command: str) -> Path:
+def write_test(
+    scenario: Path,
+    sentence: str,
+    command: str,
+    meaning: str = "it passes once the mission is fixed",
+) -> Path:
     """Write the test of a scenario beside it; return its path.
 
     Args:
         scenario: ``NAME.scenario.yaml``.
         sentence: What the scenario shows, in lines.
         command: The command that has found it.
+        meaning: When the test passes.
 
     Raises:
         BtMissionError: It cannot be written.
@@ -259,7 +265,9 @@ def write_test(scenario: Path, sentence: str, command: str) -> Path:
     name = scenario.name.removesuffix(".scenario.yaml")
     path = scenario.with_name(f"test_{name}.py")
     quoted = sentence.replace("\\", "\\\\").replace('"', "'")
-    text = TEST.format(sentence=quoted, command=command, name=name, file=scenario.name)
+    text = TEST.format(
+        sentence=quoted, command=command, meaning=meaning, name=name, file=scenario.name
+    )
     write_file(path, text)
     return path
 

@@ -10,12 +10,19 @@ from typing import Any, Protocol
 from bt_mission.core.draws import SeededDraws
 from bt_mission.core.errors import BtMissionError
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.space import SearchSpace
+from bt_mission.search.space import PartDraws
 
 BATCH = 16
 """The number of candidates in a batch, independent of the number of workers, so that a search can
 be repeated.
 """
+
+
+class Space(Protocol):
+    """The source of candidates."""
+
+    def draw(self, parts: PartDraws, /) -> Candidate:
+        """Draw a candidate; equal draws give equal candidates."""
 
 
 class Strategy(Protocol):
@@ -36,7 +43,7 @@ class RandomStrategy:
         seed: The same seed gives the same candidates.
     """
 
-    def __init__(self, space: SearchSpace, seed: int) -> None:
+    def __init__(self, space: Space, seed: int) -> None:
         self._space = space
         self._seed = seed
         self._count = 0
@@ -64,7 +71,7 @@ class OptunaStrategy:
         seed: The same seed and scores give the same candidates.
     """
 
-    def __init__(self, space: SearchSpace, seed: int) -> None:
+    def __init__(self, space: Space, seed: int) -> None:
         try:
             import optuna  # noqa: PLC0415 - an extra, which need not be there
         except ModuleNotFoundError:
@@ -112,7 +119,7 @@ class _TrialDraws:
         return int(self._trial.suggest_int(name, low, high))
 
 
-STRATEGIES: Mapping[str, Callable[[SearchSpace, int], Strategy]] = {
+STRATEGIES: Mapping[str, Callable[[Space, int], Strategy]] = {
     "optuna": OptunaStrategy,
     "random": RandomStrategy,
 }

@@ -1,0 +1,58 @@
+"""What went wrong in a recorded run, and where: all faults that its evidence shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bt_mission.core.robot.model import RobotModel
+from bt_mission.reproducing.evidence import Evidence
+from bt_mission.reproducing.found import FoundFault
+from bt_mission.reproducing.motion import motion_faults
+from bt_mission.reproducing.sight import (
+    Visitor,
+    battery_faults,
+    frozen_faults,
+    sight_faults,
+    visitor_faults,
+    visitors,
+)
+from bt_mission.reproducing.silences import goal_faults, silences
+from bt_mission.reproducing.surroundings import Surroundings, surroundings
+
+DECEIVED = ("lidar_frozen", "lidar_dead", "lidar_bias", "lidar_noise", "odometry_dead")
+"""Faults during which scans, or the poses to which they belong, are not to be trusted."""
+MOST_FAULTS = 40
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The faults in the order of their beginning, the world, and the things that came."""
+
+    found: Sequence[FoundFault]
+    around: Surroundings
+    things: Sequence[Visitor]
+
+
+def diagnose(evidence: Evidence, robot: RobotModel) -> Diagnosis:
+    """Return what went wrong in a recorded run, and where."""
+    found = [*silences(evidence), *frozen_faults(evidence), *battery_faults(evidence)]
+    around = surroundings(evidence, robot, _doubtful(found, evidence))
+    seen = list(sight_faults(evidence, around))
+    if seen and around.is_mapped:
+        around = surroundings(evidence, robot, _doubtful([*found, *seen], evidence))
+        seen = list(sight_faults(evidence, around))
+    found += seen
+    found += motion_faults(evidence, robot, found)
+    found += goal_faults(evidence, found)
+    things = visitors(evidence, around, _doubtful(found, evidence))
+    found += visitor_faults(things)
+    found = [each for each in found if each.start <= evidence.end_s]
+    found.sort(key=lambda each: each.start)
+    return Diagnosis(found[:MOST_FAULTS], around, things)
+
+
+def _doubtful(found: Sequence[FoundFault], evidence: Evidence) -> list[tuple[float, float]]:
+    return [
+        (each.start, (each.end or evidence.end_s) + 0.2) for each in found if each.name in DECEIVED
+    ]

@@ -1,0 +1,356 @@
+"""How near `bt-mission reproduce` comes to random faulted runs, from the topics of a robot alone.
+
+Run it as: python campaigns/reproduce.py [--count 50] [--folder DIR] [--first N] [--make-only]
+
+Run N follows from N: a mission, its world, one or two random faults, a seed. Runs that violate no
+requirement and succeed are passed over, and so are missions that do not succeed in a world without
+any fault. Every other is recorded, and stripped of all but the topics
+of a robot: sensors, transforms, commands, map, log, and the topics of its actions. `reproduce` gets
+this file and the requirements of the site. A run counts as
+
+- violated again, if the requirement that was violated first is violated in the simulation, or, of a
+  run that violates none, if it ends in the same outcome,
+- near, by the mean distance of the recorded and the simulated path,
+- named, if the kind of each fault that began is among the faults found.
+
+Faults that a recording of a robot cannot show are not drawn: those that change what one receiver
+gets of a topic, and those in the code of the mission.
+
+What is done is in the folder, so a campaign that was ended continues.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+from collections import Counter
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.core.draws import SeededDraws, maybe, number, one_of
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.yaml.document import read_text
+from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.faults.drawable import Drawable
+from bt_mission.faults.drawing import can_be_drawn, drawn_fault
+from bt_mission.faults.planned import AtTime, PlannedFault
+from bt_mission.faults.values import planned_fault
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.reading import RecordedFile
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.scenarios.run import run_scenario
+from bt_mission.scenarios.runner import silence_logs
+from bt_mission.sweeps.work import record_scenario
+
+SITE = {
+    "touches nothing": "never collisions > 0",
+    "keeps its distance": "always clearance > 0.08",
+    "sees": 'always age("scan") < 0.5',
+    "counts its wheels": 'always age("odom") < 0.5',
+    "keeps its grip": 'always abs(topic("odom", "twist.twist.linear.x") - speed) < 0.12',
+    "does not rush": "always abs(speed) < 0.3",
+    "keeps a reserve": "always battery > 20",
+}
+
+MISSIONS: dict[str, tuple[tuple[str, ...], Any]] = {
+    "visits": (
+        ("nav_arena",),
+        {
+            "sequence": [
+                {"navigate_to_pose": {"pose": [-1.5, -1.2, 0]}, "timeout": 60},
+                {"navigate_to_pose": {"pose": [1.5, -0.8, 90]}, "timeout": 60},
+            ]
+        },
+    ),
+    "waypoints": (
+        ("nav_arena",),
+        {
+            "sequence": [
+                {
+                    "follow_waypoints": {"poses": [[1.85, -1.02, 90], [1.87, 1.5, -90]]},
+                    "timeout": 80,
+                }
+            ]
+        },
+    ),
+    "square": (
+        ("empty_arena", "nav_arena", "dqn_stage2"),
+        {
+            "repeat": {"count": 3},
+            "do": {
+                "sequence": [
+                    {
+                        "explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.3},
+                        "cancel_when": "current_distance_travelled >= 0.9",
+                        "on_cancel": "success",
+                        "timeout": 15,
+                    },
+                    {"turn": {"angle": 90}, "timeout": 15},
+                ]
+            },
+        },
+    ),
+    "explore": (
+        ("dqn_stage4", "dqn_stage2", "obstacle_avoidance"),
+        {
+            "repeat": {"count": 3},
+            "do": {
+                "sequence": [
+                    {
+                        "explore_forward": {"fwd_velocity": 0.24, "stopping_distance": 0.4},
+                        "timeout": 20,
+                    },
+                    {"turn": {"angle": 100}, "timeout": 15},
+                ]
+            },
+        },
+    ),
+    "recoveries": (
+        ("empty_arena", "dqn_stage2"),
+        {
+            "sequence": [
+                {"drive_on_heading": {"target": {"x": 1.2}, "speed": 0.2}, "timeout": 20},
+                {"spin": {"target_yaw": 1.57}, "timeout": 20},
+                {"drive_on_heading": {"target": {"x": 0.8}, "speed": 0.15}, "timeout": 20},
+                {"back_up": {"target": {"x": 0.4}, "speed": 0.1}, "timeout": 20},
+            ]
+        },
+    ),
+}
+"""Worlds and tree of each."""
+
+ACTIONS = {
+    "visits": ("navigate_to_pose",),
+    "waypoints": ("follow_waypoints",),
+    "square": ("explore_forward", "turn"),
+    "explore": ("explore_forward", "turn"),
+    "recoveries": ("drive_on_heading", "spin", "back_up"),
+}
+
+KINDS = (
+    *("lidar_noise", "lidar_bias", "lidar_blind", "lidar_frozen", "lidar_dead"),
+    *("odometry_error", "odometry_drift", "odometry_dead"),
+    *("slip_wheel", "block_wheel", "motors_off", "push", "shove", "battery_charge"),
+    *("reject_goals", "ignore_goals", "drop_answers", "delay_answers", "drop_results"),
+    *("delay_results", "refuse_cancels", "ignore_cancels", "abort_goal", "kill_server"),
+    *("spawn_box", "spawn_cylinder"),
+)
+"""The kinds that are drawn, all as likely."""
+
+ROBOT_TOPICS = frozenset(
+    (
+        *("/scan", "/odom", "/tf", "/tf_static", "/cmd_vel", "/battery_state", "/imu"),
+        *("/joint_states", "/map", "/rosout"),
+    )
+)
+LIMIT_S = 60.0
+MOST_TRIES = 100_000
+
+
+def drawn_scenario(n: int) -> tuple[str, dict[str, Any], list[PlannedFault]]:
+    """Return scenario N as data, the name of its mission, and its faults."""
+    draws = SeededDraws(f"reproduce/{n}")
+    name = one_of(draws, sorted(MISSIONS))
+    worlds, tree = MISSIONS[name]
+    faults = []
+    for _ in range(2 if maybe(draws, 3) else 1):
+        kind = one_of(draws, KINDS)
+        begins = AtTime(number(draws, 1.0, 14.0, 0.25))
+        if kind.startswith("spawn_"):
+            place = {
+                "ahead": number(draws, 0.5, 1.2, 0.05),
+                "left": number(draws, -0.3, 0.3, 0.05),
+                "nearest_free": True,
+            }
+            faults.append(planned_fault(begins, kind, **place))
+            continue
+        drawable = Drawable((kind,), actions=ACTIONS[name], times=(1.0, 14.0), lasting=(0.5, 6.0))
+        if can_be_drawn(kind, drawable):
+            faults += drawn_fault(draws, drawable)
+    data = {
+        "scenario": f"run {n}",
+        "mission": {"mission": name, "world": one_of(draws, worlds), "tree": tree},
+        "seed": n,
+        "faults": [fault.text for fault in faults],
+        "requirements": SITE,
+        "limit": LIMIT_S,
+        "expect": {"outcome": "any", "orphaned_goals": "any"},
+    }
+    return name, data, faults
+
+
+def strip(source: Path, target: Path) -> None:
+    """Write a recording with the topics of a robot alone: no facts, no truth, no mission."""
+    file = McapFile(target, "robot")
+    channels: dict[str, int] = {}
+    for time_ns, channel, data in RecordedFile(source).timed_messages():
+        topic = channel.topic
+        if topic not in ROBOT_TOPICS and "/_action/" not in topic:
+            continue
+        if topic not in channels:
+            made = file.channel(topic, channel.type_name, channel.definition, {})
+            channels[topic] = made
+        file.write(time_ns, [(channels[topic], data)])
+    file.close()
+
+
+def make(n: int, folder: Path) -> bool:
+    """Make the recording of run N; return whether it counts."""
+    _, data, faults = drawn_scenario(n)
+    scenario = folder / f"{n}.scenario.yaml"
+    scenario.write_text(to_yaml(data), encoding="utf-8")
+    whole, stripped = folder / f"{n}.whole.mcap", folder / f"{n}.mcap"
+    try:
+        report = record_scenario(load_scenario(read_text(to_yaml(data), str(scenario))), whole)
+    except BtMissionError as error:
+        print(f"{n}: {error}", file=sys.stderr)
+        return False
+    violated = sorted(
+        (result.violated_at or 0.0, result.name)
+        for result in report.requirements
+        if result.verdict == "violated"
+    )
+    began = [
+        fault.name
+        for fault, outcome in zip(faults, report.faults, strict=True)
+        if outcome.began is not None
+    ]
+    counts = bool(began) and bool(violated or report.status != "success")
+    if counts:
+        strip(whole, stripped)
+        truth = {
+            "run": n,
+            "faults": [outcome.fault for outcome in report.faults],
+            "began": began,
+            "violated": [name for _, name in violated],
+            "outcome": report.status,
+            "reason": report.reason,
+            "virtual_s": report.virtual_s,
+        }
+        (folder / f"{n}.json").write_text(json.dumps(truth), encoding="utf-8")
+    else:
+        scenario.unlink()
+    whole.unlink(missing_ok=True)
+    return counts
+
+
+def is_good(n: int, folder: Path, known: dict[str, bool]) -> bool:
+    """Return whether the mission of run N violates nothing in its world without faults."""
+    _, data, _ = drawn_scenario(n)
+    mission = data["mission"]
+    key = f"{mission['mission']} in {mission['world']}"
+    if key not in known:
+        plain = {**data, "faults": []}
+        scenario = load_scenario(read_text(to_yaml(plain), str(folder / "plain.yaml")))
+        result = run_scenario(scenario)
+        known[key] = result.report.status == "success" and not result.violated
+        print(f"{key}: {'good' if known[key] else 'fails without a fault, so it is left out'}")
+    return known[key]
+
+
+def judge(n: int, folder: Path, site: Path, budget: int) -> dict[str, Any]:
+    """Reproduce run N; return the comparison with its truth."""
+    truth = json.loads((folder / f"{n}.json").read_text(encoding="utf-8"))
+    command = [
+        *(sys.executable, "-m", "bt_mission", "reproduce", str(folder / f"{n}.mcap"), "--json"),
+        *("--require", str(site), "-o", str(folder / f"case{n}"), "--force"),
+        *("--budget", str(budget)),
+    ]
+    command += [word for name in truth["violated"] for word in ("--violated", name)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - ours
+    if done.returncode not in (0, 1):
+        return {**truth, "error": done.stderr.strip()[-600:]}
+    got = json.loads(done.stdout)
+    named = {fault["name"] for fault in got["faults"]}
+    violated = truth["violated"]
+    simulated = got["verdict_simulated"]
+    again = (
+        violated[0] in simulated["violated"]
+        if violated
+        else simulated["outcome"] == truth["outcome"]
+    )
+    return {
+        **truth,
+        "again": again,
+        "mean": got["path_error_m"]["mean"],
+        "largest": got["path_error_m"]["largest"],
+        "found": [f"{fault['name']} {fault['start']}..{fault['end']}" for fault in got["faults"]],
+        "named": [kind in named for kind in truth["began"]],
+        "simulated": simulated,
+        "unexplained": got["unexplained"],
+    }
+
+
+def main() -> None:
+    """Make the runs that are missing, reproduce all, and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--count", type=int, default=50)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--folder", type=Path, default=Path("reproduced"))
+    parser.add_argument("--make-only", action="store_true")
+    parser.add_argument("--budget", type=int, default=12)
+    options = parser.parse_args()
+    folder: Path = options.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    site = folder / "site.yaml"
+    site.write_text(to_yaml({"requirements": SITE}), encoding="utf-8")
+    runs = _made(folder, options.first, options.count)
+    if options.make_only:
+        return
+    results = []
+    with (folder / "results.jsonl").open("w", encoding="utf-8") as lines:
+        for n in runs:
+            result = judge(n, folder, site, options.budget)
+            results.append(result)
+            lines.write(json.dumps(result) + "\n")
+            lines.flush()
+            print(json.dumps(result), flush=True)
+    _tell(results)
+
+
+def _made(folder: Path, first: int, wanted: int) -> list[int]:
+    tried = folder / "tried.txt"
+    done = set(map(int, tried.read_text().split())) if tried.exists() else set()
+    prepare_middleware()
+    silence_logs()
+    runs: list[int] = []
+    known: dict[str, bool] = {}
+    for n in count(first):
+        if len(runs) == wanted or n > MOST_TRIES:
+            return runs
+        if n not in done:
+            make(n, folder)
+            with tried.open("a") as file:
+                file.write(f"{n}\n")
+        if (folder / f"{n}.json").exists() and is_good(n, folder, known):
+            runs.append(n)
+    return runs
+
+
+def _tell(results: list[dict[str, Any]]) -> None:
+    ran = [result for result in results if "error" not in result]
+    again = sum(result["again"] for result in ran)
+    first = sum(any(result["named"]) for result in ran)
+    named = sum(all(result["named"]) for result in ran)
+    means = [result["mean"] for result in ran if result["mean"] is not None]
+    print(f"runs: {len(results)}, errors: {len(results) - len(ran)}")
+    print(f"violated again: {again}; all faults named: {named}; at least one named: {first}")
+    if means:
+        near = statistics.quantiles(means, n=4) if len(means) > 1 else means
+        print(f"mean path difference, quartiles: {[round(value, 3) for value in near]} m")
+    kinds, missed = Counter[str](), Counter[str]()
+    for result in ran:
+        for kind, is_named in zip(result["began"], result["named"], strict=True):
+            kinds[kind] += 1
+            missed[kind] += not is_named
+    for kind, total in sorted(kinds.items()):
+        print(f"  {kind}: {total - missed[kind]} of {total} named")
+
+
+if __name__ == "__main__":
+    main()

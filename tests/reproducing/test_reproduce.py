@@ -1,0 +1,140 @@
+"""`bt-mission reproduce`: recordings of faulted runs, stripped to the topics of a robot."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.cli.main import main
+from bt_mission.core.files import find
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.yaml.document import read_text
+from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.reading import RecordedFile
+from bt_mission.reproducing.diagnosis import diagnose
+from bt_mission.reproducing.evidence import EvidenceReader
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.sweeps.work import record_scenario
+from tests.support.robot_bag import RobotBag
+
+SITE = 'requirements: {sees: always age("scan") < 0.5}\n'
+DRIVE = {
+    "mission": "drive",
+    "world": "empty_arena",
+    "tree": {
+        "sequence": [
+            {"drive_on_heading": {"target": {"x": 0.5}, "speed": 0.2}, "timeout": 20},
+            {"turn": {"angle": 60}, "timeout": 20},
+        ]
+    },
+}
+ROBOT = {"/scan", "/odom", "/tf", "/tf_static", "/cmd_vel", "/joint_states", "/battery_state"}
+
+
+def recorded(folder: Path, *faults: str, mission: dict[str, Any] | None = None) -> Path:
+    """Record a run with faults; return the file with the topics of a robot alone."""
+    data = {
+        "scenario": "recorded",
+        "mission": mission or DRIVE,
+        "faults": list(faults),
+        "expect": {"outcome": "any", "orphaned_goals": "any"},
+    }
+    whole, robot = folder / "whole.mcap", folder / "robot.mcap"
+    record_scenario(load_scenario(read_text(to_yaml(data), str(folder / "s.yaml"))), whole)
+    file = McapFile(robot, "a robot")
+    channels: dict[str, int] = {}
+    for time_ns, channel, message in RecordedFile(whole).timed_messages():
+        topic = channel.topic
+        if topic in ROBOT or "/_action/" in topic:
+            if topic not in channels:
+                channels[topic] = file.channel(topic, channel.type_name, channel.definition, {})
+            file.write(time_ns, [(channels[topic], message)])
+    file.close()
+    return robot
+
+
+def test_a_silent_lidar_is_named_and_its_violation_is_repeated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """World, mission, fault and verdict follow from the topics; the case passes as a scenario."""
+    bag, site, case = recorded(tmp_path, "at 1.5: lidar_dead lasting 1"), tmp_path / "s", "case"
+    site.write_text(SITE, encoding="utf-8")
+    (tmp_path / "robot.mcap.gz").write_bytes(gzip.compress(bag.read_bytes()))
+    words = ["--require", str(site), "-o", str(tmp_path / case), "--json"]
+    assert main(["reproduce", str(tmp_path / "robot.mcap.gz"), *words]) == 0
+    result = json.loads(capsys.readouterr().out)
+    (fault,) = result["faults"]
+    assert (fault["name"], fault["start"]) == ("lidar_dead", 1.55)
+    assert result["verdict_recorded"]["violated"] == ["sees"]
+    assert result["verdict_simulated"]["violated"] == ["sees"]
+    assert result["goals_recorded"] == result["goals_simulated"]
+    assert result["path_error_m"]["largest"] < 0.05
+    assert result["unexplained"] == []
+    names = {path.name for path in (tmp_path / case).iterdir()}
+    files = {"robot.scenario.yaml", "robot.png", "test_robot.py"}
+    assert names == {"world.yaml", "mission.yaml", *files}
+    assert main(["run", str(tmp_path / case / "robot.scenario.yaml"), "--plain"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("faults", "found"),
+    [
+        (
+            (
+                "at 0.5: odometry_drift turn 10 lasting 1",
+                "at 1.0: battery_charge 0.3",
+                "at 2.0: abort_goal drive_on_heading",
+            ),
+            {
+                "odometry_drift": (0.5, 1.5),
+                "battery_charge": (1.0, None),
+                "abort_goal": (2.0, None),
+            },
+        ),
+        (
+            ("at 0.8: block_wheel left lasting 0.5", "at 0.0: drop_answers drive_on_heading"),
+            {"drop_answers": (0.05, None), "block_wheel": (0.8, 1.3)},
+        ),
+        (
+            (
+                "at 1.0: spawn_box ahead 1 size (0.2, 0.3, 0.4)",
+                "at 0.5: lidar_blind (90, 150) lasting 1",
+            ),
+            {"lidar_blind": (0.5, 1.5), "spawn_box": (1.0, None)},
+        ),
+    ],
+)
+def test_faults_are_named_with_their_times(
+    faults: tuple[str, ...], found: dict[str, tuple[float, float | None]], tmp_path: Path
+) -> None:
+    """To a tenth of a second, and no others."""
+    bag = recorded(tmp_path, *faults)
+    evidence = EvidenceReader.of(RecordedFile(bag)).evidence(bag)
+    diagnosis = diagnose(evidence, load_robot(find("robots", "waffle")))
+    named = {each.name: each for each in diagnosis.found}
+    assert set(named) == set(found)
+    for name, (start, end) in found.items():
+        assert named[name].start == pytest.approx(start, abs=0.11)
+        assert named[name].end == (None if end is None else pytest.approx(end, abs=0.11))
+
+
+def test_a_recording_without_what_is_needed_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The error names what is missing, and the topics that are there."""
+    bag = RobotBag(tmp_path / "bag.mcap", "/robot1")
+    for step in range(30):
+        bag.odometry(step / 10, x=step / 50, speed=0.2)
+    bag.close()
+    assert main(["reproduce", str(bag.path), "-o", str(tmp_path / "case")]) == 2
+    error = capsys.readouterr().err
+    assert "has neither scans nor a map" in error
+    assert error.rstrip().endswith("[BT-1005]")
+    words = ["--topic", "scan:=/front/scan", "-o", str(tmp_path / "case")]
+    assert main(["reproduce", str(bag.path), *words]) == 2
+    assert "has no topic /front/scan (topics: /robot1/odom)" in capsys.readouterr().err
