@@ -263,7 +263,7 @@ def judge(n: int, folder: Path, site: Path, budget: int) -> dict[str, Any]:
     ]
     command += [word for name in truth["violated"] for word in ("--violated", name)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - ours
-    if done.returncode not in (0, 1):
+    if done.returncode not in (0, 1) or not done.stdout:
         return {**truth, "error": done.stderr.strip()[-600:]}
     got = json.loads(done.stdout)
     named = {fault["name"] for fault in got["faults"]}

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.reproducing.evidence import Evidence, Floats
@@ -53,16 +54,28 @@ class Motion:
     turn: Floats
 
 
+def separation_of(robot: RobotModel) -> float:
+    """Return the distance of the wheels, m; of other kinds of base, the width of the hull."""
+    base = robot.drive
+    return (
+        base.wheel_separation if isinstance(base, DifferentialDrive) else 2 * robot.hull.half_width
+    )
+
+
 def motion_of(evidence: Evidence, robot: RobotModel) -> Motion:
     """Return the accounts of the motion.
 
     Odometry is the mean of an interval, wheels are of an instant, so two of these are averaged.
     """
     times = np.arange(0.0, max(evidence.end_s, STEP_S), STEP_S)
-    radius, separation = robot.wheel_radius, robot.wheel_separation
-    left, right = _at(evidence.wheels, 1, times), _at(evidence.wheels, 2, times)
-    mean_left = (left + _at(evidence.wheels, 1, times - STEP_S)) / 2
-    mean_right = (right + _at(evidence.wheels, 2, times - STEP_S)) / 2
+    base = robot.drive
+    radius = base.wheel_radius
+    # The wheels of other kinds of base do not have two speeds.
+    wheels = evidence.wheels if isinstance(base, DifferentialDrive) else evidence.wheels[:0]
+    separation = separation_of(robot)
+    left, right = _at(wheels, 1, times), _at(wheels, 2, times)
+    mean_left = (left + _at(wheels, 1, times - STEP_S)) / 2
+    mean_right = (right + _at(wheels, 2, times - STEP_S)) / 2
     if evidence.is_localised and len(evidence.track) > 4:
         x, y, yaw = evidence.track.at(times)
         x0, y0, yaw0 = evidence.track.at(times - STEP_S)
@@ -139,7 +152,9 @@ def _not_turning(evidence: Evidence, robot: RobotModel, motion: Motion) -> Itera
     off = _motors_off_by_goals(evidence)
     if off is not None:
         yield off
-    half = robot.wheel_separation / 2
+    if not isinstance(robot.drive, DifferentialDrive):
+        return
+    half = separation_of(robot) / 2
     wheels = (
         ("left", motion.wheel_left, (motion.command_v - half * motion.command_w)),
         ("right", motion.wheel_right, (motion.command_v + half * motion.command_w)),
@@ -149,9 +164,9 @@ def _not_turning(evidence: Evidence, robot: RobotModel, motion: Motion) -> Itera
         reference = turning
         if np.isnan(turning).all():
             sign = -1 if side == "left" else 1
-            reference = (motion.odom_v + sign * half * motion.odom_w) / robot.wheel_radius
+            reference = (motion.odom_v + sign * half * motion.odom_w) / robot.drive.wheel_radius
         stands = np.abs(reference) < STANDING_RAD_S
-        asked = np.abs(wanted) / robot.wheel_radius > TURNING_RAD_S
+        asked = np.abs(wanted) / robot.drive.wheel_radius > TURNING_RAD_S
         before = np.concatenate((np.zeros(4, np.bool_), asked[:-4]))
         spans[side] = spans_where(motion.times, stands & asked & before, 4, gap_s=0.3)
     for begin, end in spans["left"]:
@@ -238,7 +253,7 @@ def _odometry_fault(
     begin: float,
     end: float,
 ) -> Iterator[FoundFault]:
-    half = robot.wheel_separation / 2
+    half = separation_of(robot) / 2
     v, w = reference[0][inside], reference[1][inside]
     odom_v, odom_w = motion.odom_v[inside], motion.odom_w[inside]
     drift = float(np.median(odom_v - v)), float(np.median(odom_w - w))
@@ -368,7 +383,7 @@ def _impulse(
 def _push(
     robot: RobotModel, start: float, ahead: float, left: float, rise: float, scale: float
 ) -> PlannedFault:
-    mass = robot.base_mass + 2 * robot.wheel_mass
+    mass = robot.base_mass
     size = math.hypot(ahead, left)
     newton = (STANDS_N + mass * 1.5 * size / max(rise, STEP_S)) * scale
     share = newton / max(size, 1e-6)

@@ -203,15 +203,14 @@ def _unfinished(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[Fo
             why = f"the server ends the goal as {goal.served_status}, and the result is missing"
             yield _of_goal(at, "drop_results", action, why, 0.9)
         return
-    at = died_at(evidence, goal)
-    if at is None:
-        return
-    yield FoundFault(
-        fault_at(at, "kill_server", action),
-        f"{action}: neither feedback nor a result after {seconds(at)}",
-        0.75,
-        round(at, 2),
-    )
+    died = died_at(evidence, goal)
+    if died is not None:
+        yield FoundFault(
+            fault_at(died, "kill_server", action),
+            f"{action}: neither feedback nor a result after {seconds(died)}",
+            0.75,
+            round(died, 2),
+        )
 
 
 def died_at(evidence: Evidence, goal: GoalTrace) -> float | None:
