@@ -27,6 +27,8 @@ from bt_mission.core.yaml.document import MAX_BYTES
 from bt_mission.editing import patches
 from bt_mission.editing.checks import check_text
 from bt_mission.editing.completion import completion, definition, hover
+from bt_mission.editing.fault_forms import OUTCOMES, fault_kinds, fault_text, scenario_text
+from bt_mission.editing.plan import plan_of
 from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
 from bt_mission.editing.vocabulary import as_json
@@ -40,6 +42,7 @@ LONGEST_BODY = 4 * MAX_BYTES
 LEADER_S = 4.0
 """Wall time without a message of a page after which another page may edit its file."""
 
+MOST_FAULTS = 50
 SPEEDS = ("1", "4", "16")
 PROOF_BUDGET = "20s"
 
@@ -94,6 +97,10 @@ class EditServer(PageServer):
             "explain": lambda asked: {"entry": explanation(_text(asked, "code"))},
             "differ": _differ,
             "save": self._save,
+            "plan": self._plan,
+            "faults": lambda _: {"kinds": fault_kinds()},
+            "fault": _fault,
+            "scenario": self._scenario,
             "run": self._start_run,
             "fork": self._start_fork,
             "ran": self._ran,
@@ -171,8 +178,7 @@ class EditServer(PageServer):
         return {"leads": False, "text": disk if shared.text is None else shared.text}
 
     def _save(self, asked: dict[str, Any]) -> dict[str, Any]:
-        if self._is_read_only:
-            raise EditError("this page is read-only: start it without --read-only")
+        self._refuse_read_only()
         name, text, base = (_text(asked, key) for key in ("name", "text", "base"))
         self._workspace.save(name, text, base, is_forced=bool(asked.get("is_forced")))
         return {"text": text}
@@ -189,7 +195,7 @@ class EditServer(PageServer):
     def _look_at(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the marks and the nodes of a text."""
         text, path = _text(asked, "text"), self._workspace.path(_text(asked, "name"))
-        kind: FileKind = kind_of(path) if path.exists() else "mission"
+        kind = _kind(path)
         units = _units(text)
         notes = marks(check_text(text, path, kind), text, path)
         for mark in notes:
@@ -208,6 +214,32 @@ class EditServer(PageServer):
         option = hover(text, offset, str(self._workspace.path(_text(asked, "name"))))
         return {"option": None if option is None else asdict(option)}
 
+    def _plan(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return the plan of the world of a text."""
+        path = self._workspace.path(_text(asked, "name"))
+        return {"plan": plan_of(_text(asked, "text"), path, _kind(path))}
+
+    def _scenario(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return the scenario file of a mission with faults, with its errors, or write it."""
+        name, text = _text(asked, "name"), _text(asked, "text")
+        if "file" in asked:
+            self._refuse_read_only()
+            file = _text(asked, "file")
+            self._workspace.save_beside(file, _text(asked, "scenario"))
+            return {"file": file}
+        outcome = _text(asked, "outcome")
+        if outcome not in OUTCOMES:
+            raise RequestError(f"expected one of the outcomes {', '.join(OUTCOMES)}")
+        file = self._workspace.free_name(name, "faults")
+        path = self._workspace.path(name)
+        if not path.exists() or self._workspace.read(name).text != text:
+            raise EditError(f"save {path.name} first: the scenario runs the file")
+        title = Path(file).stem.replace("_", " ")
+        written = scenario_text(title, path.name, _faults(asked), outcome)
+        wrong = check_text(written, path.with_name(Path(file).name), "scenario")
+        errors = [str(each.message) for each in wrong if each.severity == "error"]
+        return {"file": file, "scenario": written, "errors": errors}
+
     # ---- runs and proofs -----------------------------------------------------------------
 
     async def _start_run(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -217,6 +249,7 @@ class EditServer(PageServer):
         words = [*_on_page(asked), f"--record={self._recording}", "--force"]
         if asked.get("is_editable"):
             words.append("--editable")
+        words += [f"--fault={fault}" for fault in _faults(asked)]
         if asked.get("before"):
             words.append(f"--pause-before={_text(asked, 'before')}")
         self._run = self._child(asked, "run", words)
@@ -231,7 +264,8 @@ class EditServer(PageServer):
         recording = self._recording
         if recording is None or not recording.exists():
             raise EditError("there is no run to continue: run the mission first")
-        words = [str(recording), f"--at={at}", *_on_page(asked), "--import-python", "--mission"]
+        words = [str(recording), f"--at={at}", *_on_page(asked), "--import-python"]
+        words += [*(f"--fault={fault}" for fault in _faults(asked)), "--mission"]
         self._run = self._child(asked, "fork", words)
         return {}
 
@@ -272,10 +306,13 @@ class EditServer(PageServer):
 
     def _child(self, asked: dict[str, Any], command: str, words: Sequence[str]) -> Child:
         """Run a command with the text of a page."""
-        if self._is_read_only:
-            raise EditError("this page is read-only: start it without --read-only")
+        self._refuse_read_only()
         trial = self._workspace.trial(_text(asked, "name"), _text(asked, "text"), command)
         return Child(trial, (command, *words, str(trial)))
+
+    def _refuse_read_only(self) -> None:
+        if self._is_read_only:
+            raise EditError("this page is read-only: start it without --read-only")
 
     async def _page_of_run(self, _: Request) -> Response:
         return Response(self._watch, media_type="text/html; charset=utf-8")
@@ -286,6 +323,27 @@ class EditServer(PageServer):
             await socket.close(1013, "no mission runs")
             return
         await relay(socket, run.link)
+
+
+def _kind(path: Path) -> FileKind:
+    return kind_of(path) if path.exists() else "mission"
+
+
+def _faults(asked: Mapping[str, Any]) -> list[str]:
+    faults = asked.get("faults", [])
+    is_valid = isinstance(faults, list) and all(isinstance(fault, str) for fault in faults)
+    if not is_valid or len(faults) > MOST_FAULTS:
+        raise RequestError(f"expected at most {MOST_FAULTS} faults as text")
+    return list(faults)
+
+
+def _fault(asked: dict[str, Any]) -> dict[str, Any]:
+    """Return a fault of a form as text."""
+    values = asked.get("values")
+    if not isinstance(values, dict):
+        raise RequestError("'values' is missing")
+    written = {key: _text(values, key) for key in values}
+    return fault_text(_text(asked, "begins"), _text(asked, "fault"), written)
 
 
 def _on_page(asked: dict[str, Any]) -> list[str]:

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,16 @@ class Workspace:
             raise ConflictError(name, now.text if path.exists() else None)
         self._write(path, text.replace("\n", now.newline))
         self.drop_draft(name)
+
+    def save_beside(self, name: str, text: str) -> None:
+        """Write a new file in the folder, also beside the only file. Raises EditError."""
+        Workspace(self.root).save(name, text, "")
+
+    def free_name(self, name: str, ending: str) -> str:
+        """Return the name of a file that does not exist: that of a file with an ending."""
+        stem = Path(name).with_suffix("")
+        names = (f"{stem}_{ending}{number or ''}.yaml" for number in count())
+        return next(free for free in names if not (self.root / free).exists())
 
     def draft(self, name: str) -> str | None:
         """Return the unsaved text beside a file; None without one."""

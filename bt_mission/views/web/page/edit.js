@@ -2,6 +2,7 @@
 
 import { ask, connected } from "./edit_api.js";
 import { Form, Palette } from "./edit_form.js";
+import { FaultList, Plan } from "./edit_map.js";
 import { RunPane, findingList, prove, runPaths } from "./edit_run.js";
 import { TextPane } from "./edit_text.js";
 import { Drawing, keyOf } from "./edit_tree.js";
@@ -11,7 +12,7 @@ const CHECK_MS = 250;
 const STATE_MS = 1000;
 const page = crypto.randomUUID();
 const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0 };
-let vocabulary, text, drawing, form, palette, runs;
+let vocabulary, text, drawing, form, palette, runs, plan, faults;
 let checkTimer = 0;
 let acts = Promise.resolve();
 
@@ -210,6 +211,7 @@ function wanted(name, facts = {}) {
   if (name === "move") { act({ do: "move", path: facts.path, target: facts.target }); return; }
   if (name === "undo") { text.undo(); return; }
   if (name === "redo") { text.redo(); return; }
+  if (name === "map") { showMap(byId("map-work").hidden).catch((error) => refuse(error.message)); return; }
   if (name === "run-from") { runFrom().catch((error) => refuse(error.message)); return; }
   if (name === "fields" || name === "name") {
     const input = name === "name" ? byId("form").elements.name ?? byId("form").elements.mission : byId("form").querySelector("input, select");
@@ -242,18 +244,59 @@ function runTo(box) {
 }
 
 function run(before) {
-  runs.start(at.name, text.text, { before }).catch((error) => connected(error.message, true));
+  runs.start(at.name, text.text, { before, faults: faults?.texts ?? [] }).catch((error) => connected(error.message, true));
 }
 
 // Shows the instant and what has changed since the run, then continues from there with the text.
 async function runFrom() {
   const [instant, refusal] = runs.instant();
   if (refusal) { refuse(refusal); return; }
+  const texts = faults?.texts ?? [];
+  const gone = runs.faults.find((one) => !texts.includes(one));
+  if (gone) { refuse(`'${gone}' is a part of the run: run the mission again without it.`); return; }
+  const more = texts.filter((one) => !runs.faults.includes(one));
   const { lines: differences } = await ask("differ", { before: runs.text, after: text.text });
   const words = "The run is repeated up to this instant. Nodes that start after it are those of the text as it is now; what runs there keeps the values with which it started.";
-  openWindow(`Continue from ${instant.toFixed(2)} s with this text?`, [element("p", "", words), lines(differences)], [
-    ["Continue", () => runs.start(at.name, text.text, { from: instant }).catch((error) => connected(error.message, true))],
+  openWindow(`Continue from ${instant.toFixed(2)} s with this text?`, [element("p", "", words), lines([...differences, ...more.map((one) => `+ fault ${one}`)])], [
+    ["Continue", () => runs.start(at.name, text.text, { from: instant, faults: more }).catch((error) => connected(error.message, true))],
   ]);
+}
+
+// ---- the map ---------------------------------------------------------------------------------------
+
+async function showMap(isWanted) {
+  byId("map-work").hidden = !isWanted;
+  byId("drawing-panel").classList.toggle("has-map", isWanted);
+  byId("show-map").setAttribute("aria-pressed", isWanted);
+  byId("drawing-title").textContent = isWanted ? "Map" : "Tree";
+  if (!isWanted) { byId("drawing").focus(); return; }
+  if (!faults) {
+    const { kinds } = await ask("faults");
+    const instant = () => { const [shown, refusal] = runs.instant(); return refusal ? 0 : Math.round(shown * 100) / 100; };
+    faults = new FaultList(kinds, instant, () => plan.mark(faults.faults), refuse);
+  }
+  plan.show((await ask("plan", { name: at.name, text: text.text })).plan);
+  faults.show();
+  plan.mark(faults.faults);
+  byId("plan").focus();
+}
+
+// Shows the scenario file of the mission with the faults, and writes it.
+async function saveScenario() {
+  const isSame = runs.text === text.text && runs.from === null && JSON.stringify(runs.faults) === JSON.stringify(faults.texts);
+  const outcome = isSame && ["success", "failure"].includes(runs.status) ? runs.status : "any";
+  const facts = { name: at.name, text: text.text };
+  const answer = await ask("scenario", { ...facts, faults: faults.texts, outcome });
+  if (answer.error) { refuse(answer.error); return; }
+  const name = element("input", "");
+  Object.assign(name, { id: "scenario-name", value: answer.file, spellcheck: false });
+  const label = element("label", "", "File: ", name);
+  const write = async () => {
+    const written = await ask("scenario", { ...facts, file: name.value.trim(), scenario: answer.scenario });
+    if (written.error) refuse(written.error);
+    else { banner("written", `Written: ${written.file}`, [["Close", () => {}]]); await listFiles(); }
+  };
+  openWindow("Save as scenario?", [label, element("pre", "", answer.scenario), ...answer.errors.map((one) => element("p", "error-dot", one))], answer.errors.length ? [] : [["Save", write]]);
 }
 
 // ---- files -----------------------------------------------------------------------------------------
@@ -278,6 +321,8 @@ async function openFile(name) {
   for (const one of [...byId("banners").children]) one.remove();
   byId("proof").hidden = true;
   drawing.findings = new Map();
+  faults = null;
+  await showMap(false);
   Object.assign(at, { name, base: opened.text, leads: true, marks: [], isConflict: false });
   text.open(name, opened.text);
   text.setEditable(true);
@@ -381,6 +426,8 @@ function listen() {
   byId("files").addEventListener("change", () => openFile(byId("files").value));
   byId("run").addEventListener("click", () => run(""));
   byId("run-to").addEventListener("click", () => wanted("run-to"));
+  byId("show-map").addEventListener("click", () => wanted("map"));
+  byId("save-scenario").addEventListener("click", () => saveScenario().catch((error) => refuse(error.message)));
   byId("run-from").addEventListener("click", () => wanted("run-from"));
   byId("apply").addEventListener("click", () => apply().catch((error) => refuse(error.message)));
   byId("prove").addEventListener("click", () => startProof().catch((error) => connected(error.message, true)));
@@ -482,6 +529,7 @@ async function begin() {
     const stops = [...paths].filter(([path, key]) => breakpoints.some((one) => one === path || one === drawing.byKey.get(key).name));
     drawing.tell({ statuses: new Map(ran.map(([path, status]) => [paths.get(path), status])), stops: new Set(stops.map(([, key]) => key)) });
   }, refuse);
+  plan = new Plan((x, y) => faults.place(x, y), () => {}, () => wanted("map"));
   listen();
   const files = await listFiles();
   const named = decodeURIComponent(location.hash.slice(1));

@@ -10,13 +10,14 @@ const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 export class RunPane {
   // onStatuses(statuses of paths, breakpoints): those of a run. onError(text).
   constructor(onStatuses, onError) {
-    Object.assign(this, { onStatuses, onError, number: 0, socket: null, text: null });
+    Object.assign(this, { onStatuses, onError, number: 0, socket: null, text: null, faults: [] });
     byId("run-stop").addEventListener("click", () => this.stop());
   }
 
   // before: the path of the node before which the run pauses; from: the instant of the last run
   // from which this one continues.
-  async start(name, text, { before = "", from = null }) {
+  // faults: those of the run, and of a continued one those that are new.
+  async start(name, text, { before = "", from = null, faults = [] }) {
     const number = ++this.number;
     this.leave();
     byId("panes").classList.add("has-run");
@@ -26,8 +27,8 @@ export class RunPane {
     byId("run-state").textContent = "starting";
     const isEditable = byId("editable").checked && from === null;
     Object.assign(this, { executive: "", status: "", paused: null, from });
-    if (from === null) this.text = text;
-    const facts = { name, text, speed: byId("speed").value };
+    if (from === null) Object.assign(this, { text, faults });
+    const facts = { name, text, speed: byId("speed").value, faults };
     const answer = from === null ? await ask("run", { ...facts, is_editable: isEditable, before }) : await ask("fork", { ...facts, at: from });
     if (answer.error) { this.fail([answer.error]); return; }
     while (number === this.number) {

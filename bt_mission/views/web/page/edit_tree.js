@@ -350,7 +350,7 @@ export class Drawing {
       [outward]: () => go(this.boxes[box.parent]), Home: () => go(order[0]), End: () => go(order[order.length - 1]),
       " ": () => this.fold(box, !this.folded.has(keyOf(box.path))), Enter: () => this.onAct("fields"), F2: () => this.onAct("name"),
       Delete: () => this.onAct("delete"), Backspace: () => this.onAct("delete"), a: () => this.onAct("palette"), w: () => byId("wrap").focus(),
-      u: () => this.onAct("unwrap"), c: () => this.onAct("copy"), t: () => this.turn(), r: () => this.onAct("run-to"), R: () => this.onAct("run-from"),
+      u: () => this.onAct("unwrap"), c: () => this.onAct("copy"), t: () => this.turn(), r: () => this.onAct("run-to"), R: () => this.onAct("run-from"), m: () => this.onAct("map"),
       x: () => { this.marked = this.selected; this.draw(); }, v: () => this.onAct("drop"), Escape: () => { this.marked = null; this.draw(); },
       "+": () => this.scale(1.25), "-": () => this.scale(0.8), 0: () => this.fit(),
     };

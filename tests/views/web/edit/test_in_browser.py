@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from bt_mission.core.yaml.document import read_text
+from bt_mission.scenarios.loader import load_scenario
 from bt_mission.views.web.edit.server import EditServer
 from bt_mission.views.web.edit.workspace import Workspace
 from bt_mission.views.web.server import WebOptions
@@ -331,28 +332,60 @@ def test_a_run_of_the_text_is_shown_beside_it(play: Play, monkeypatch: Any) -> N
 
 
 def test_a_run_pauses_at_a_node_and_continues_with_another_text(play: Play) -> None:
-    """The page, the drawing and the run's line show the pause; the window shows what changed."""
+    """The window shows what changed. Obstacles from the map are in both runs, and in a scenario."""
 
     async def scene(editor: Editor) -> None:
         await editor.press("F6")
         await editor.type("mission: m\ntree:\n  sequence:\n    - wait: 600\n    - log: here\n")
         await editor.until("document.querySelectorAll('.node').length === 4")
         frame = "document.getElementById('run-frame').contentDocument"
-        await editor.press("F6")
+        await editor.saved()
+        await editor.look("document.getElementById('drawing').focus()")
         for _ in range(2):
             await editor.press("ArrowRight")
+        await editor.press("m")
+        await editor.until("document.querySelectorAll('#plan .shape').length === 4")
+        for _ in range(8):
+            await editor.press("ArrowUp")
+        await editor.press("Enter")  # takes the place, and goes to the button
+        await editor.press("Enter")
+        await editor.shows("things", "at 0.0: spawn_box at (0, 0.8)")
+        await editor.press("m")
         await editor.press("r")
         await editor.until(f"{frame}?.getElementById('status')?.textContent === 'paused'")
         await editor.until(f"{frame}.querySelector('[aria-label*=breakpoint]') !== null")
         await editor.shows("run-state", "paused: breakpoint at 'wait'")
         await editor.until("document.querySelector('#box-2[aria-label*=breakpoint]') !== null")
         await editor.set("wait", "0.5")
+        await editor.click("show-map")
+        await editor.until("document.activeElement.id === 'plan'")
+        floor = "document.querySelector('#plan .floor').getBoundingClientRect()"
+        box = json.loads(await editor.look(f"JSON.stringify({floor})"))
+        at = {"x": box["x"] + 0.7 * box["width"], "y": box["y"] + 0.3 * box["height"]}
+        for kind in ("mousePressed", "mouseReleased"):
+            await editor.call(
+                "Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **at
+            )
+        await editor.press("Enter")
+        await editor.shows("things", "at 0.05: spawn_box at (0.8, 0.8)")
+        await editor.click("show-map")
         await editor.look("document.getElementById('drawing').focus()")
         await editor.press("R")
         await editor.shows("window-title", "Continue from 0.05 s")
         await editor.shows("window-body", "+    - wait: 0.5")
+        await editor.shows("window-body", "+ fault at 0.05: spawn_box at (0.8, 0.8)")
         await editor.look("document.querySelector('#window-buttons button').click()")
         await editor.until(f"{frame}?.getElementById('status')?.textContent === 'success'")
         await editor.shows("run-state", "from 0.05 s with the text as it is")
+        await editor.until(f"{frame}.getElementById('log').textContent.includes('fault 2 begins')")
+        await editor.saved()
+        await editor.look("document.getElementById('save-scenario').click()")
+        await editor.shows("window-body", "outcome: any")
+        await editor.look("document.querySelector('#window-buttons button').click()")
+        await editor.shows("banners", "Written: explore_faults.yaml")
+        path = editor.file.with_name("explore_faults.yaml")
+        scenario = load_scenario(path)
+        texts = [fault.planned.text for fault in scenario.faults]
+        assert texts == ["at 0.0: spawn_box at (0, 0.8)", "at 0.05: spawn_box at (0.8, 0.8)"]
 
     play(scene)

@@ -1,0 +1,70 @@
+"""The plan of a world as a map shows it, of a world file or of the world that a mission names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import escape_control
+from bt_mission.core.yaml.document import read_text
+from bt_mission.sessions.stage_files import DEFAULT_WORLD
+from sim.world.loader import load_world
+from sim.world.world import SlipperyPatch, World, Zone
+
+
+def plan_of(text: str, path: Path, kind: str) -> dict[str, Any] | None:
+    """Return the plan of the world of a text; None if it cannot be read.
+
+    Args:
+        text: Of a world file, or of a file that names a world.
+        path: Of the file, which need not exist.
+        kind: Of the file.
+    """
+    try:
+        document = read_text(text, str(path))
+        if kind == "world":
+            return _plan(load_world(document))
+        head = document.data if isinstance(document.data, Mapping) else {}
+        name = head.get("world") or DEFAULT_WORLD
+        return _plan(load_world(str(name), near=path))
+    except BtMissionError:
+        return None
+
+
+def _plan(world: World) -> dict[str, Any]:
+    spawn = world.spawn
+    marks: tuple[tuple[str, Sequence[Zone | SlipperyPatch]], ...] = (
+        ("zones", world.zones),
+        ("slippery", world.slippery),
+    )
+    return {
+        "name": escape_control(world.name),
+        "size": list(world.size),
+        "spawn": [spawn.x, spawn.y, spawn.yaw],
+        "shapes": [
+            {
+                "path": list(placed.path),
+                "kind": placed.obstacle.kind,
+                "name": escape_control(placed.obstacle.name),
+                "x": placed.obstacle.x,
+                "y": placed.obstacle.y,
+                "yaw": math.degrees(placed.obstacle.yaw),
+                "size": list(placed.obstacle.size[:2]),
+            }
+            for placed in world.placed
+        ],
+        "zones": [
+            {
+                "path": [section, index],
+                "name": escape_control(zone.name),
+                "x": zone.x,
+                "y": zone.y,
+                "radius": zone.radius,
+            }
+            for section, zones in marks
+            for index, zone in enumerate(zones)
+        ],
+    }

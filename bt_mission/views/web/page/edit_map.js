@@ -1,0 +1,205 @@
+// The map of a world: its plan, a cross that the mouse and the keys move, and the faults of a run.
+
+import { ask } from "./edit_api.js";
+import { byId, element } from "./words.js";
+
+const SVG = "http://www.w3.org/2000/svg";
+const [STEP, FINE] = [0.1, 0.01]; // metres of a press of an arrow
+const MARGIN = 0.3;
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+const rounded = (number) => Math.round(number * 100) / 100 || 0;
+
+export function shape(tag, attributes, className, text = "") {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (className) made.setAttribute("class", className);
+  if (text) made.textContent = text;
+  return made;
+}
+
+export class Plan {
+  // onPlace(x, y): the user has chosen a place, by a click or Enter. onDrop(path, x, y): has dragged
+  // something there; onLeave(): wants back to the tree.
+  constructor(onPlace, onDrop, onLeave) {
+    Object.assign(this, { onPlace, onDrop, onLeave, plan: null, marks: [], cross: [0, 0], chosen: "" });
+    this.box = byId("plan");
+    this.picture = byId("plan-picture");
+    this.box.addEventListener("keydown", (event) => this.key(event));
+    this.picture.addEventListener("pointerdown", (event) => this.press(event));
+  }
+
+  // Shows a plan; null keeps the last one, in grey.
+  show(plan) {
+    this.box.classList.toggle("is-old", plan === null);
+    if (plan) this.plan = plan;
+    this.draw();
+  }
+
+  // marks: {text, at} of faults, those without a place left out.
+  mark(marks) { this.marks = marks.filter((one) => one.at); this.draw(); }
+
+  draw() {
+    const { plan } = this;
+    if (!plan) { this.picture.replaceChildren(); return; }
+    const [length, width] = plan.size;
+    this.picture.setAttribute("viewBox", `${-length / 2 - MARGIN} ${-width / 2 - MARGIN} ${length + 2 * MARGIN} ${width + 2 * MARGIN}`);
+    const font = Math.max(length, width) / 32;
+    const name = (x, y, words) => shape("text", { x, y: -y, "font-size": font }, "", words);
+    const parts = [shape("rect", { x: -length / 2, y: -width / 2, width: length, height: width, "stroke-width": 0.02 }, "floor")];
+    const tagged = (made, path) => { made.dataset.path = JSON.stringify(path); if (made.dataset.path === this.chosen) made.classList.add("is-chosen"); return made; };
+    for (const { path, kind, x, y, yaw, size } of plan.shapes) {
+      parts.push(tagged(kind === "cylinder" ? shape("circle", { cx: x, cy: -y, r: size[0] / 2 }, "shape")
+        : shape("rect", { x: -size[0] / 2, y: -size[1] / 2, width: size[0], height: size[1], transform: `translate(${x} ${-y}) rotate(${-yaw})` }, "shape"), path));
+    }
+    for (const { path, x, y, radius, name: words } of plan.zones) parts.push(tagged(shape("circle", { cx: x, cy: -y, r: radius }, "zone"), path), name(x, y, words));
+    const [x, y, yaw] = plan.spawn;
+    parts.push(tagged(shape("path", { d: "M0.2 0L-0.12 0.12L-0.05 0L-0.12 -0.12Z", transform: `translate(${x} ${-y}) rotate(${-yaw})` }, "spawn"), ["spawn"]));
+    for (const { text, at } of this.marks) {
+      const dot = shape("rect", { x: at[0] - 0.1, y: -at[1] - 0.1, width: 0.2, height: 0.2 }, "fault");
+      dot.append(shape("title", {}, "", text));
+      parts.push(dot);
+    }
+    const [cx, cy] = this.cross;
+    const arm = font;
+    parts.push(shape("path", { d: `M${cx - arm} ${-cy}h${2 * arm}M${cx} ${-cy - arm}v${2 * arm}`, "stroke-width": font / 8 }, "cross"));
+    this.picture.replaceChildren(...parts);
+    byId("plan-words").textContent = `${plan.name}: x ${cx.toFixed(2)} m, y ${cy.toFixed(2)} m`;
+  }
+
+  // The place under the pointer, m.
+  placeOf(event) {
+    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.picture.getScreenCTM().inverse());
+    return [rounded(point.x), rounded(-point.y)];
+  }
+
+  to(x, y) {
+    const [length, width] = this.plan.size;
+    this.cross = [Math.min(Math.max(x, -length / 2), length / 2), Math.min(Math.max(y, -width / 2), width / 2)].map(rounded);
+    this.draw();
+  }
+
+  press(event) {
+    if (!this.plan || event.button) return;
+    event.preventDefault();
+    this.box.focus();
+    const { path } = event.target.dataset;
+    const begin = this.placeOf(event);
+    let isMoved = false;
+    const move = (moved) => {
+      const [x, y] = this.placeOf(moved);
+      isMoved ||= Math.hypot(x - begin[0], y - begin[1]) > 0.05;
+      if (isMoved) this.to(x, y);
+    };
+    const release = (last) => {
+      document.removeEventListener("pointermove", move);
+      document.removeEventListener("pointerup", release);
+      const place = this.placeOf(last);
+      this.to(...place);
+      if (isMoved && path) this.onDrop(JSON.parse(path), begin, this.cross);
+      else this.onPlace(...this.cross, path ? JSON.parse(path) : null, isMoved ? begin : null);
+    };
+    document.addEventListener("pointermove", move);
+    document.addEventListener("pointerup", release);
+  }
+
+  key(event) {
+    if (!this.plan || event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrow = ARROWS[event.key];
+    if (arrow) {
+      event.preventDefault();
+      const step = event.shiftKey ? FINE : STEP;
+      this.to(this.cross[0] + arrow[0] * step, this.cross[1] + arrow[1] * step);
+    } else if (event.key === "Enter" || event.key === " ") {
+      event.preventDefault();
+      this.onPlace(...this.cross, null, null);
+    } else if (event.key === "m") this.onLeave();
+  }
+}
+
+// A field of a form: its name, an input or a choice, its unit and what it takes.
+export function fieldRow(field, value = "") {
+  const input = document.createElement(field.options?.length ? "select" : "input");
+  Object.assign(input, { name: field.name, placeholder: field.default, spellcheck: false });
+  for (const option of field.options?.length ? new Set(["", ...field.options]) : []) {
+    const made = element("option", "", option || (field.default ? `${field.default} (default)` : "–"));
+    made.value = option;
+    input.append(made);
+  }
+  input.value = value;
+  const row = element("label", field.is_required ? "is-required" : "", element("span", "", field.label ?? field.name),
+    element("span", "entry", input, field.unit ? element("span", "unit", field.unit) : ""), element("small", "", [field.words, field.text].filter(Boolean).join(" · ")));
+  return row;
+}
+
+// The faults of the next run: a form that writes them, and their list.
+export class FaultList {
+  // instant(): the time at which a fault begins by default. onChange(). onError(text).
+  constructor(kinds, instant, onChange, onError) {
+    Object.assign(this, { kinds, instant, onChange, onError, faults: [] });
+    this.form = byId("plan-form");
+    this.form.addEventListener("submit", (event) => { event.preventDefault(); if (this.isShown) this.add(); });
+  }
+
+  get isShown() { return !byId("map-work").hidden && this.form.elements.fault !== undefined; }
+
+  show(name = "spawn_box") {
+    const kind = this.kinds.find((one) => one.name === name);
+    const choice = document.createElement("select");
+    choice.name = "fault";
+    choice.setAttribute("aria-label", "Fault");
+    for (const area of new Set(this.kinds.map((one) => one.area))) {
+      const group = document.createElement("optgroup");
+      group.label = area;
+      for (const one of this.kinds) if (one.area === area) group.append(element("option", "", one.name));
+      choice.append(group);
+    }
+    choice.value = name;
+    choice.addEventListener("change", () => this.show(choice.value));
+    const when = document.createElement("select");
+    when.name = "word";
+    when.setAttribute("aria-label", "When it begins");
+    for (const word of ["at", "after", "when"]) when.append(element("option", "", word));
+    const begins = document.createElement("input");
+    Object.assign(begins, { name: "begins", value: String(this.instant()), title: "seconds, or for 'when' a condition such as speed > 0.1" });
+    begins.setAttribute("aria-label", "Seconds, or a condition");
+    const add = element("button", "primary", "Add");
+    add.type = "submit";
+    const title = element("div", "title", choice, element("span", "when", when, begins), add, element("span", "", kind.text));
+    this.form.replaceChildren(title, element("div", "fields", ...kind.fields.map((one) => fieldRow(one))));
+    this.list();
+  }
+
+  // Takes a place on the map into the form: of an obstacle, if the chosen fault has no place.
+  place(x, y) {
+    if (!this.form.elements.at) this.show();
+    this.form.elements.at.value = `(${x}, ${y})`;
+    this.form.querySelector("button").focus();
+  }
+
+  async add() {
+    const { elements } = this.form;
+    const kind = this.kinds.find((one) => one.name === elements.fault.value);
+    const values = Object.fromEntries(kind.fields.map(({ name }) => [name, elements[name].value.trim()]).filter(([, value]) => value));
+    const answer = await ask("fault", { begins: `${elements.word.value} ${elements.begins.value.trim()}`, fault: kind.name, values });
+    if (answer.error) { this.onError(answer.error); return; }
+    this.faults.push(answer);
+    if (elements.at) elements.at.value = "";
+    this.list();
+    this.onChange();
+    byId("plan").focus();
+  }
+
+  list() {
+    byId("things").replaceChildren(...this.faults.map((one) => {
+      const remove = element("button", "", "Remove");
+      remove.type = "button";
+      remove.setAttribute("aria-label", `Remove ${one.text}`);
+      remove.addEventListener("click", () => { this.faults.splice(this.faults.indexOf(one), 1); this.list(); this.onChange(); });
+      return element("li", "", element("span", "", one.text), remove);
+    }));
+    byId("save-scenario").disabled = !this.faults.length;
+  }
+
+  get texts() { return this.faults.map((one) => one.text); }
+}
