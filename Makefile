@@ -22,12 +22,14 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # What a run needs, and what development needs besides. Written last, so that each is newer than what
 # it was made from exactly when the set-up went through.
+packages := $(VENV)/.packages
 runs := $(VENV)/.runs
 installed := $(VENV)/.installed
 bin := $(VENV)/bin
-install = $(bin)/python -m pip install -qq --disable-pip-version-check
+# Python compiles what is imported, when it is.
+install = $(bin)/python -m pip install -qq --disable-pip-version-check --no-compile
 
-.PHONY: help demo test thorough fuzz benchmarks lint layers types prose format docs generated doctor clean
+.PHONY: help demo installed test thorough fuzz benchmarks lint layers types prose format docs generated doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -35,8 +37,10 @@ help: ## say what can be made
 demo: $(runs) ## run the main job: explore.yaml on a simulated TurtleBot3
 	@$(bin)/bt-mission run $(MISSION)
 
+installed: $(installed)
+
 test: $(installed) ## run the tests, on all processors
-	@$(bin)/pytest --numprocesses=$(PROCESSES) $(PYTEST_ARGS)
+	@$(bin)/pytest --numprocesses=$(PROCESSES) --dist=worksteal $(PYTEST_ARGS)
 
 thorough: PYTEST_ARGS += --thorough
 thorough: test ## run the tests, and those that repeat them on every case or at length
@@ -77,9 +81,7 @@ clean: ## remove the environment and what the tools left behind
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find bt_mission action_servers sim tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# An editable install: sources are live, so only its description and the compiled interfaces count. They
-# are built with what a run has installed: an environment of its own would be the same again.
-$(runs): pyproject.toml $(shell find interfaces -type f)
+$(packages): pyproject.toml
 	@if ! [ -x $(bin)/python ]; then \
 	  python=$$(bash tools/find-python $(PYTHONS)); \
 	  echo "Making $(VENV) with $$($$python --version)"; \
@@ -87,12 +89,21 @@ $(runs): pyproject.toml $(shell find interfaces -type f)
 	fi
 	@echo "Installing what a run needs into $(VENV): about a minute, once"
 	@$(bin)/python tools/requirements.py run >$(VENV)/requirements.txt
-	@$(install) --no-compile --requirement $(VENV)/requirements.txt
+	@$(install) --requirement $(VENV)/requirements.txt
+	@touch $@
+
+# An editable install: sources are live, so only its description and the compiled interfaces count. They
+# are built with what a run has installed: an environment of its own would be the same again.
+$(runs): $(packages) $(shell find interfaces -type f)
 	@$(install) --no-build-isolation --no-deps --editable .
 	@touch $@
 
-$(installed): $(runs)
+# With --jobs=2, beside the interfaces.
+$(VENV)/.tools: $(packages)
 	@echo "Installing what development needs into $(VENV): about a minute, once"
-	@$(bin)/python tools/requirements.py dev >$(VENV)/requirements.txt
-	@$(install) --requirement $(VENV)/requirements.txt
+	@$(bin)/python tools/requirements.py dev >$(VENV)/requirements-dev.txt
+	@$(install) --requirement $(VENV)/requirements-dev.txt
+	@touch $@
+
+$(installed): $(runs) $(VENV)/.tools
 	@touch $@

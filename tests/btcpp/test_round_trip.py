@@ -238,7 +238,7 @@ def unname(part, names):
 NODES = st.recursive(LEAVES, above, max_leaves=8)
 
 
-@settings(max_examples=600)
+@settings(max_examples=150)
 @given(NODES)
 def test_a_generated_mission_comes_back_as_it_was(node):
     """Its YAML says what its data are, and its XML says the same."""

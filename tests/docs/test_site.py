@@ -4,12 +4,12 @@ import json
 import re
 import subprocess
 import sys
-from html import unescape
 from pathlib import Path
 
 import pytest
 
 from tests.support.project import ROOT
+from tests.support.report_pages import text_of
 from tools import build_site
 
 FIRST = "# Robot\n\nWhat it is.\n\n- [all](docs/README.md)\n- [how](CONTRIBUTING.md#set-up)\n"
@@ -64,11 +64,6 @@ def source(tmp_path):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     return folder
-
-
-def text_of(page: Path) -> str:
-    """What a reader sees of a page."""
-    return unescape(re.sub(r"<[^>]+>", "", page.read_text("utf-8")))
 
 
 def test_a_site_is_pages_navigation_files_and_search(source, tmp_path):
@@ -143,19 +138,3 @@ def test_a_version_is_a_folder(source, tmp_path, monkeypatch, capsys):
         page = (tmp_path / "site" / name / "index.html").read_text("utf-8")
         assert f"bt-mission {name}" in page
         assert f"<h1>{title}<" in page
-
-
-def test_the_page_of_commands_has_the_help_of_each(source, tmp_path):
-    """Also of commands below others, with what options need."""
-    page = source / "docs" / "reference" / "commands.md"
-    page.parent.mkdir()
-    page.write_text("# Commands\n\nAll of them.\n", encoding="utf-8")
-    (source / "docs" / "README.md").write_text(
-        f"{INDEX}| [Commands](reference/commands.md) | b |\n", encoding="utf-8"
-    )
-    site = tmp_path / "site" / "1.2.3"
-    build_site.build(source, site, is_strict=True)
-    text = text_of(site / "docs" / "reference" / "commands.html")
-    assert "usage: bt-mission run [-h]" in text
-    assert "usage: bt-mission actions send [-h]" in text
-    assert "with --web: listen on this port" in text

@@ -48,10 +48,10 @@ def holders(kind: str) -> Iterator[dict[str, Any]]:
     schema = SCHEMA["$defs"][f"kind_{kind}"]
     needed = {key: example(schema["properties"][key]) for key in schema.get("required", ())}
     needed.setdefault(kind, example(schema["properties"].get(kind, {})))
-    for key in schema["properties"]:
-        for text in TEXTS:
-            for value in (text, [text], {text: text}, {"name": text}):
-                yield {**needed, key: value}
+    for number, key in enumerate(schema["properties"]):
+        text = TEXTS[number % len(TEXTS)]
+        for value in (*TEXTS, [text], {text: text}, {"name": text}):
+            yield {**needed, key: value}
     yield {**needed, BRIEF: BRIEF}
 
 

@@ -1,4 +1,4 @@
-"""Pages of recorded runs, as the browser unpacks them."""
+"""Pages: the data of recorded runs, as the browser unpacks them, and the text of any page."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import base64
 import gzip
 import json
 import re
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -21,3 +22,8 @@ def data_of(page: Path | str) -> dict[str, dict[str, Any]]:
         robot: json.loads(gzip.decompress(base64.b64decode(packed)))
         for robot, packed in _RECORDING.findall(text)
     }
+
+
+def text_of(page: Path) -> str:
+    """Return what a reader sees of a page."""
+    return unescape(re.sub(r"<[^>]+>", "", page.read_text("utf-8")))
