@@ -48,6 +48,19 @@ def begin(text: str, node: str) -> Edits:
     return _checked(source, (source.at_end(lines),), lambda _: expected)
 
 
+def append(text: str, key: str, item: str) -> Edits:
+    """Put an item, given as YAML, at the end of the list of a key of the file."""
+    source = Source(text)
+    piece = Piece.of(item)
+    parent = source.root.parts.get(key)
+    if parent is None:
+        edit = source.at_end(f"{key}:\n  - {piece.text}\n")
+    else:
+        edit = source.item((key, len(parent.items)), parent, piece)
+    items = [*((source.root.raw or {}).get(key) or []), piece.raw]
+    return _checked(source, (edit,), lambda data: {**(data or {}), key: items})
+
+
 def delete(text: str, path: Path) -> Edits:
     """Delete a node with all below it."""
     source = Source(text)

@@ -10,6 +10,8 @@ from typing import Any
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import read_text
+from bt_mission.editing.source import dotted
+from bt_mission.editing.world_patches import SPAWN, values_of
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from sim.world.loader import load_world
 from sim.world.world import SlipperyPatch, World, Zone
@@ -26,7 +28,10 @@ def plan_of(text: str, path: Path, kind: str) -> dict[str, Any] | None:
     try:
         document = read_text(text, str(path))
         if kind == "world":
-            return _plan(load_world(document))
+            plan = _plan(load_world(document))
+            things = (*plan["shapes"], *plan["zones"])
+            values = {dotted(thing["path"]): values_of(text, thing["path"]) for thing in things}
+            return {**plan, "values": {**values, SPAWN: values_of(text, (SPAWN,))}}
         head = document.data if isinstance(document.data, Mapping) else {}
         name = head.get("world") or DEFAULT_WORLD
         return _plan(load_world(str(name), near=path))

@@ -218,21 +218,25 @@ class Source:
                 raise PatchError(f"there is no place for a node at {dotted(target)}")
             return (self._in_slot(parent, target, piece),)
         key = target[-2] if len(target) > 1 else ""
-        if (
-            parent is None
-            or key not in LIST_KEYS
-            or (parent.kind != "list" and not parent.is_empty)
-        ):
+        if parent is None or key not in LIST_KEYS:
             raise PatchError(f"there is no list of nodes at {dotted(target[:-1])}")
+        return (self.item(target, parent, piece),)
+
+    def item(self, target: Path, parent: Span, piece: Piece) -> Edit:
+        """Return the edit that puts an item into a list. Raises PatchError."""
+        where = target[-1]
+        assert isinstance(where, int)
+        if parent.kind != "list" and not parent.is_empty:
+            raise PatchError(f"there is no list at {dotted(target[:-1])}")
         if not 0 <= where <= len(parent.items):
             raise PatchError(f"expected an index from 0 to {len(parent.items)}, got {where}")
         if self.is_in_flow(target[:-1]):
-            return (self._in_brackets(parent, where, piece),)
+            return self._in_brackets(parent, where, piece)
         if not parent.items:
-            return (self._first_item(target[:-1], parent, piece),)
+            return self._first_item(target[:-1], parent, piece)
         if parent.is_flow:
-            return (self._in_brackets(parent, where, piece),)
-        return (self._in_list(target[:-1], parent, where, piece),)
+            return self._in_brackets(parent, where, piece)
+        return self._in_list(target[:-1], parent, where, piece)
 
     def _in_list(self, path: Path, parent: Span, where: int, piece: Piece) -> Edit:
         column = self._column(parent.start)

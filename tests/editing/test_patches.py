@@ -11,12 +11,15 @@ import pytest
 
 from bt_mission.core.yaml.document import read_text
 from bt_mission.editing import patches
+from bt_mission.editing.plan import plan_of
 from bt_mission.editing.source import Edits, PatchError, applied, inverse
 from bt_mission.editing.spans import Path as KeyPath
 from bt_mission.editing.spans import Span, read_spans
+from bt_mission.editing.world_patches import add_thing, move_thing
 from bt_mission.language.loader import read_mission
 from bt_mission.language.nodes.registry import KINDS
-from tests.support.project import MISSIONS
+from tests.support.project import MISSIONS, ROOT
+from tests.support.thorough import sample
 
 FLOW = """\
 mission: forms      # flow and block, in one file
@@ -165,3 +168,23 @@ def test_a_valid_act_on_a_shipped_mission_gives_a_valid_mission(path: Path) -> N
         mission, diagnostics = read_mission(read_text(wrapped, str(path)))
         assert mission is not None, diagnostics
         assert applied(wrapped, patches.unwrap(wrapped, node)) == text
+
+
+@pytest.mark.parametrize("path", sample(sorted((ROOT / "worlds").glob("*.yaml")), 4))
+def test_acts_on_the_map_of_a_world_change_its_lines_only(path: Path) -> None:
+    """A thing is moved by its own line; a new one is one line, with its key at most two."""
+    text = path.read_text()
+    lines = text.splitlines()
+    plan = plan_of(text, path, "world")
+    assert plan is not None
+    for thing in [*plan["shapes"], *plan["zones"]][:3]:
+        after = applied(text, move_thing(text, thing["path"], (0.125, -0.25))).splitlines()
+        changed = [pair for pair in zip(lines, after, strict=True) if pair[0] != pair[1]]
+        assert len(changed) == 1
+        back = move_thing("\n".join(after), thing["path"], (-0.125, 0.25))
+        assert read_text(applied("\n".join(after), back)).data == read_text(text).data
+    for section in ("walls", "boxes", "cylinders", "zones", "slippery"):
+        after = applied(text, add_thing(text, section, (0, 0), (1, 0.5))).splitlines()
+        new = [line for line in after if line not in lines]
+        assert [line for line in after if line in lines] == lines
+        assert len(new) == 1 + (f"{section}:" not in lines)

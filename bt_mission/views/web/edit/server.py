@@ -32,6 +32,7 @@ from bt_mission.editing.plan import plan_of
 from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
 from bt_mission.editing.vocabulary import as_json
+from bt_mission.editing.world_patches import SECTIONS, add_thing, move_thing, world_forms
 from bt_mission.views.web.edit.children import Child, relay
 from bt_mission.views.web.edit.marks import boxes, explanation, marks
 from bt_mission.views.web.edit.workspace import ConflictError, EditError, Workspace
@@ -99,6 +100,7 @@ class EditServer(PageServer):
             "save": self._save,
             "plan": self._plan,
             "faults": lambda _: {"kinds": fault_kinds()},
+            "forms": lambda _: {"forms": world_forms()},
             "fault": _fault,
             "scenario": self._scenario,
             "run": self._start_run,
@@ -387,6 +389,20 @@ def _path(asked: Mapping[str, Any], key: str) -> tuple[str | int, ...]:
     return tuple(value)
 
 
+def _section(asked: Mapping[str, Any]) -> str:
+    section = _text(asked, "section")
+    if section not in SECTIONS:
+        raise RequestError(f"expected one of {', '.join(SECTIONS)}")
+    return section
+
+
+def _pair(asked: Mapping[str, Any], key: str) -> tuple[float, float]:
+    value = asked.get(key)
+    if not isinstance(value, list) or [type(part) in (int, float) for part in value] != [True] * 2:
+        raise RequestError(f"'{key}' is not a place")
+    return float(value[0]), float(value[1])
+
+
 def _boxes(text: str) -> list[dict[str, Any]] | None:
     rows = boxes(text)
     units = _units(text)
@@ -431,6 +447,10 @@ _ACTS: Mapping[str, Callable[[str, Mapping[str, Any]], Edits]] = {
         text, _path(asked, "path"), _text(asked, "kind"), _text(asked, "value")
     ),
     "unwrap": lambda text, asked: patches.unwrap(text, _path(asked, "path")),
+    "place": lambda text, asked: add_thing(
+        text, _section(asked), _pair(asked, "begin"), _pair(asked, "end")
+    ),
+    "shift": lambda text, asked: move_thing(text, _path(asked, "path"), _pair(asked, "by")),
     "set": _set_field,
 }
 """The acts of the page, by their names."""

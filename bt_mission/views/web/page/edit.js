@@ -2,7 +2,7 @@
 
 import { ask, connected } from "./edit_api.js";
 import { Form, Palette } from "./edit_form.js";
-import { FaultList, Plan } from "./edit_map.js";
+import { FaultList, Plan, WorldEditor } from "./edit_map.js";
 import { RunPane, findingList, prove, runPaths } from "./edit_run.js";
 import { TextPane } from "./edit_text.js";
 import { Drawing, keyOf } from "./edit_tree.js";
@@ -12,7 +12,7 @@ const CHECK_MS = 250;
 const STATE_MS = 1000;
 const page = crypto.randomUUID();
 const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0 };
-let vocabulary, text, drawing, form, palette, runs, plan, faults;
+let vocabulary, text, drawing, form, palette, runs, plan, faults, world;
 let checkTimer = 0;
 let acts = Promise.resolve();
 
@@ -99,6 +99,7 @@ async function check() {
 }
 
 function showBoxes(boxes) {
+  if (isWorld()) { showPlan().catch((error) => refuse(error.message)); return; }
   drawing.show(boxes);
   if (boxes === null) return;
   const severities = new Map();
@@ -156,6 +157,7 @@ async function perform(facts) {
   if (!answer.edits.length) return;
   text.apply(answer.edits);
   showBoxes(answer.boxes);
+  if (isWorld()) { clearTimeout(checkTimer); checkTimer = setTimeout(check, 0); await showPlan(); return; }
   if (facts.do !== "set") choosePlace(facts, answer.edits);
   else drawing.choose(drawing.byKey.get(keyOf(facts.path)), false);
   clearTimeout(checkTimer);
@@ -211,7 +213,13 @@ function wanted(name, facts = {}) {
   if (name === "move") { act({ do: "move", path: facts.path, target: facts.target }); return; }
   if (name === "undo") { text.undo(); return; }
   if (name === "redo") { text.redo(); return; }
-  if (name === "map") { showMap(byId("map-work").hidden).catch((error) => refuse(error.message)); return; }
+  if (name === "map") {
+    if (isWorld()) return;
+    const isWanted = byId("map-work").hidden;
+    showMap(isWanted).catch((error) => refuse(error.message));
+    if (!isWanted) byId("drawing").focus();
+    return;
+  }
   if (name === "run-from") { runFrom().catch((error) => refuse(error.message)); return; }
   if (name === "fields" || name === "name") {
     const input = name === "name" ? byId("form").elements.name ?? byId("form").elements.mission : byId("form").querySelector("input, select");
@@ -264,18 +272,40 @@ async function runFrom() {
 
 // ---- the map ---------------------------------------------------------------------------------------
 
+const isWorld = () => at.kind === "world";
+
+async function showPlan() {
+  const written = text.text;
+  const { plan: read } = await ask("plan", { name: at.name, text: written });
+  if (written !== text.text) return;
+  plan.show(read);
+  if (isWorld()) world.show();
+}
+
 async function showMap(isWanted) {
   byId("map-work").hidden = !isWanted;
   byId("drawing-panel").classList.toggle("has-map", isWanted);
   byId("show-map").setAttribute("aria-pressed", isWanted);
   byId("drawing-title").textContent = isWanted ? "Map" : "Tree";
-  if (!isWanted) { byId("drawing").focus(); return; }
+  byId("map-work").classList.toggle("of-world", isWorld());
+  for (const id of ["tool", "delete-thing"]) byId(id).hidden = !isWorld();
+  for (const id of ["save-scenario", "show-map"]) byId(id).hidden = isWorld();
+  for (const id of ["run", "run-to", "prove"]) byId(id).disabled = at.isReadOnly || isWorld();
+  byId("things-title").textContent = isWorld() ? "On the map" : "Faults";
+  if (!isWanted) return;
+  if (isWorld()) {
+    world ??= new WorldEditor((await ask("forms")).forms, plan, act);
+    plan.marks = [];
+    await showPlan();
+    return;
+  }
   if (!faults) {
     const { kinds } = await ask("faults");
     const instant = () => { const [shown, refusal] = runs.instant(); return refusal ? 0 : Math.round(shown * 100) / 100; };
     faults = new FaultList(kinds, instant, () => plan.mark(faults.faults), refuse);
   }
-  plan.show((await ask("plan", { name: at.name, text: text.text })).plan);
+  plan.chosen = "";
+  await showPlan();
   faults.show();
   plan.mark(faults.faults);
   byId("plan").focus();
@@ -304,6 +334,7 @@ async function saveScenario() {
 async function listFiles() {
   const answer = await ask("files");
   at.isReadOnly = answer.is_read_only;
+  at.kinds = new Map(answer.files.map((one) => [one.name, one.kind]));
   byId("run").disabled = byId("run-to").disabled = byId("prove").disabled = at.isReadOnly;
   const select = byId("files");
   select.replaceChildren(...answer.files.map(({ name, is_unsaved: unsaved }) => {
@@ -322,7 +353,9 @@ async function openFile(name) {
   byId("proof").hidden = true;
   drawing.findings = new Map();
   faults = null;
-  await showMap(false);
+  Object.assign(at, { kind: at.kinds.get(name) ?? "mission" });
+  plan.plan = null;
+  plan.chosen = "";
   Object.assign(at, { name, base: opened.text, leads: true, marks: [], isConflict: false });
   text.open(name, opened.text);
   text.setEditable(true);
@@ -333,6 +366,7 @@ async function openFile(name) {
       ["Restore it", () => text.replace(opened.draft)], ["Ignore it", () => {}],
     ]);
   }
+  await showMap(isWorld());
   byId("files").value = name;
   location.hash = encodeURIComponent(name);
   await share();
@@ -529,7 +563,12 @@ async function begin() {
     const stops = [...paths].filter(([path, key]) => breakpoints.some((one) => one === path || one === drawing.byKey.get(key).name));
     drawing.tell({ statuses: new Map(ran.map(([path, status]) => [paths.get(path), status])), stops: new Set(stops.map(([, key]) => key)) });
   }, refuse);
-  plan = new Plan((x, y) => faults.place(x, y), () => {}, () => wanted("map"));
+  plan = new Plan(
+    (...place) => (isWorld() ? world : faults).place(...place),
+    (path, begin, end) => { if (isWorld()) world.drop(path, begin, end); else faults.place(...end); },
+    () => wanted("map"),
+  );
+  plan.onDelete = () => { if (isWorld()) world.delete(); };
   listen();
   const files = await listFiles();
   const named = decodeURIComponent(location.hash.slice(1));

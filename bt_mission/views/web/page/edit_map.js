@@ -114,6 +114,7 @@ export class Plan {
       event.preventDefault();
       this.onPlace(...this.cross, null, null);
     } else if (event.key === "m") this.onLeave();
+    else if (event.key === "Delete") this.onDelete?.();
   }
 }
 
@@ -130,6 +131,104 @@ export function fieldRow(field, value = "") {
   const row = element("label", field.is_required ? "is-required" : "", element("span", "", field.label ?? field.name),
     element("span", "entry", input, field.unit ? element("span", "unit", field.unit) : ""), element("small", "", [field.words, field.text].filter(Boolean).join(" · ")));
   return row;
+}
+
+const textOf = (path) => path.join(".");
+
+// The things of a world file: a tool that places or selects them, their list, and a form.
+export class WorldEditor {
+  // act(facts): changes the text.
+  constructor(forms, plan, act) {
+    Object.assign(this, { forms, plan, act, begin: null });
+    this.tool = byId("tool");
+    const option = (value, words) => { const made = element("option", "", words); made.value = value; return made; };
+    this.tool.replaceChildren(option("", "Select and move"), ...forms.map(({ section, name }) => option(section, name === "start" ? "Move the start" : `New ${name}`)));
+    this.tool.addEventListener("change", () => { this.begin = null; byId("plan").focus(); });
+    byId("delete-thing").addEventListener("click", () => this.delete());
+  }
+
+  get things() { return [...this.plan.plan.shapes, ...this.plan.plan.zones, { path: ["spawn"], name: "start", x: this.plan.plan.spawn[0], y: this.plan.plan.spawn[1] }]; }
+
+  get path() { return this.plan.chosen ? JSON.parse(this.plan.chosen) : null; }
+
+  choose(path) {
+    this.plan.chosen = path ? JSON.stringify(path) : "";
+    this.plan.draw();
+    this.show();
+  }
+
+  place(x, y, path, begin) {
+    const section = this.tool.value;
+    if (!section) { this.choose(path ?? this.at(x, y)); return; }
+    const from = begin ?? this.begin;
+    if (section === "walls" && !from) {
+      this.begin = [x, y];
+      byId("plan-words").textContent = `A wall from (${x}, ${y}): choose its other end.`;
+      return;
+    }
+    this.begin = null;
+    this.act({ do: "place", section, begin: from ?? [x, y], end: [x, y] });
+  }
+
+  drop(path, begin, end) {
+    if (this.tool.value) { this.place(...end, null, begin); return; }
+    this.plan.chosen = JSON.stringify(path);
+    this.act({ do: "shift", path, by: [rounded(end[0] - begin[0]), rounded(end[1] - begin[1])] });
+  }
+
+  // The thing at a place; of several the last one.
+  at(x, y) {
+    const isIn = (one) => {
+      const [dx, dy] = [x - one.x, y - one.y];
+      if (!one.size) return Math.hypot(dx, dy) <= (one.radius ?? 0.15);
+      if (one.kind === "cylinder") return Math.hypot(dx, dy) <= one.size[0] / 2;
+      const yaw = (one.yaw * Math.PI) / 180;
+      return Math.abs(dx * Math.cos(yaw) + dy * Math.sin(yaw)) <= one.size[0] / 2 && Math.abs(dy * Math.cos(yaw) - dx * Math.sin(yaw)) <= one.size[1] / 2;
+    };
+    return this.things.filter(isIn).pop()?.path ?? null;
+  }
+
+  delete() {
+    const { path } = this;
+    if (!path || path[0] === "spawn") return;
+    this.plan.chosen = "";
+    this.act({ do: "delete", path });
+  }
+
+  show() {
+    if (!this.plan.plan) return;
+    if (this.path && !this.things.some((one) => textOf(one.path) === textOf(this.path))) this.plan.chosen = "";
+    const { path } = this;
+    byId("delete-thing").disabled = !path || path[0] === "spawn";
+    byId("things").replaceChildren(...this.things.map((one) => {
+      const button = element("button", "", one.name);
+      button.type = "button";
+      button.setAttribute("aria-pressed", path !== null && textOf(one.path) === textOf(path));
+      button.addEventListener("click", () => this.choose(one.path));
+      return element("li", "", button);
+    }));
+    const form = byId("plan-form");
+    const kept = form.contains(document.activeElement) ? document.activeElement.name : "";
+    if (!path) { delete form.dataset.shown; form.replaceChildren(element("div", "title", element("span", "", "Select something, or choose what a click places."))); return; }
+    const { name, fields } = this.forms.find((one) => one.section === path[0]);
+    const values = this.plan.plan.values[textOf(path)] ?? {};
+    const shown = JSON.stringify([path, values]);
+    if (form.dataset.shown === shown) return;
+    const rows = fields.map((field) => {
+      const row = fieldRow(field, values[field.name] ?? "");
+      row.querySelector("input").addEventListener("change", (event) => this.set(path, field.name, event.target.value.trim()));
+      return row;
+    });
+    form.replaceChildren(element("div", "title", element("b", "", this.things.find((one) => textOf(one.path) === textOf(path)).name), element("span", "", name)), element("div", "fields", ...rows));
+    form.dataset.shown = shown;
+    if (kept) form.elements[kept]?.focus();
+  }
+
+  set(path, name, value) {
+    const isPlain = /^[-+.\d[{]/.test(value);
+    const [at, keys] = path[0] === "spawn" ? [[], ["spawn", name]] : [path, [name]];
+    this.act({ do: "set", path: at, keys, value: value || null, is_text: Boolean(value) && !isPlain });
+  }
 }
 
 // The faults of the next run: a form that writes them, and their list.
@@ -166,6 +265,7 @@ export class FaultList {
     const add = element("button", "primary", "Add");
     add.type = "submit";
     const title = element("div", "title", choice, element("span", "when", when, begins), add, element("span", "", kind.text));
+    delete this.form.dataset.shown;
     this.form.replaceChildren(title, element("div", "fields", ...kind.fields.map((one) => fieldRow(one))));
     this.list();
   }

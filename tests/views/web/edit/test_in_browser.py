@@ -389,3 +389,56 @@ def test_a_run_pauses_at_a_node_and_continues_with_another_text(play: Play) -> N
         assert texts == ["at 0.0: spawn_box at (0, 0.8)", "at 0.05: spawn_box at (0.8, 0.8)"]
 
     play(scene)
+
+
+def test_a_world_is_drawn_on_its_map(play: Play, tmp_path: Path) -> None:
+    """By keys, the mouse and the form: only the lines of what has changed are others."""
+    before = (ROOT / "worlds" / "nav_arena.yaml").read_text()
+    (tmp_path / "explore.yaml").write_text(before)
+
+    async def scene(editor: Editor) -> None:
+        shapes = "document.querySelectorAll('#plan .shape').length"
+        fields = "document.getElementById('plan-form').elements"
+        choose = "(tool.value = {!r}, tool.dispatchEvent(new Event('change')))"
+        await editor.until(f"{shapes} === 12")
+        await editor.look(f"(tool => {choose.format('walls')})(document.getElementById('tool'))")
+        await editor.press("Enter")
+        await editor.press("ArrowUp")
+        await editor.press("Enter")
+        await editor.until(f"{shapes} === 13")
+        await editor.look(f"(tool => {choose.format('')})(document.getElementById('tool'))")
+        zone, floor = [
+            json.loads(
+                await editor.look(
+                    f"JSON.stringify(document.querySelector({name!r}).getBoundingClientRect())"
+                )
+            )
+            for name in ("#plan .zone", "#plan .floor")
+        ]
+        mouse = partial(editor.call, "Input.dispatchMouseEvent", button="left")
+        at = {"x": zone["x"] + zone["width"] / 2, "y": zone["y"] + zone["height"] / 2}
+        await mouse(type="mousePressed", clickCount=1, **at)
+        at["x"] += floor["width"] / 10
+        await mouse(type="mouseMoved", **at)
+        await mouse(type="mouseReleased", clickCount=1, **at)
+        await editor.until(f"{fields}.x?.value === '-1.35' && {IDLE}")
+        await editor.look(f"{fields}.radius.focus(), {fields}.radius.select()")
+        await editor.type("0.3")
+        await editor.press("Enter")
+        await editor.until("document.querySelector('#plan .zone').getAttribute('r') === '0.3'")
+        await editor.look("document.querySelectorAll('#things button')[4].focus()")
+        await editor.press("Enter")
+        await editor.until(f"{fields}.name.value === 'wall beside A'")
+        await editor.look("document.getElementById('plan').focus()")
+        await editor.press("Delete")
+        await editor.until(f"{shapes} === 12")
+        lines = before.splitlines()
+        after = (await editor.saved()).splitlines()
+        assert [line for line in after if line not in lines] == [
+            "  - {name: wall 1, from: [0, 0], to: [0, 0.1]}",
+            "  - {name: A, x: -1.35, y: -1.76, radius: 0.3, colour: green}",
+        ]
+        gone = [line.split(",")[0] for line in lines if line not in after]
+        assert gone == ["  - {name: wall beside A", "  - {name: A"]
+
+    play(scene)
