@@ -161,21 +161,28 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
 def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.feed import MissionFeed
+    from bt_mission.events.mission_file import FileCheck, MissionFile
     from bt_mission.events.mission_state import MissionState
 
     mission = MissionState()
     feed = MissionFeed(mission)
     since = Stopwatch()
     since_complete: Stopwatch | None = None
+    file: MissionFile | None = None
     while since.elapsed_s < STATUSES_S:
         observer.serve(WAIT_S)
         for batch in link.take(needs_statuses=feed.needs_statuses).messages:
             feed.take(batch)
+            file = batch.file or file
         if _is_complete(feed):
             since_complete = since_complete or Stopwatch()
             if mission.requirements or since_complete.elapsed_s > REQUIREMENTS_S:
                 break
     print_tree(mission)
+    check = FileCheck()
+    check.look(file)
+    if check.note and file is not None:
+        print(f"{file.path}: {check.note}; `bt-mission revise` applies it", file=sys.stderr)
     return SUCCESS
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bt_mission.events.events import Event
+from bt_mission.events.mission_file import MissionFile
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +21,7 @@ class Batch:
         is_complete: Whether these are the statuses of all nodes, with all changes up to the
             sequence.
         revision: The number of revisions that led to the tree to which the indices refer.
+        file: The file of the mission, with a tree.
     """
 
     run: str
@@ -27,6 +29,7 @@ class Batch:
     sequence: int = 0
     is_complete: bool = False
     revision: int = 0
+    file: MissionFile | None = None
 
 
 @dataclass(frozen=True)

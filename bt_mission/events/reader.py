@@ -29,6 +29,7 @@ from bt_mission.events.messages import (
     ZoneDisc,
     Zones,
 )
+from bt_mission.events.mission_file import MissionFile
 from bt_mission.goals.poses import NamedPose
 
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
@@ -56,11 +57,10 @@ def tree(message: Any) -> Batch:
         for index, node in enumerate(message.nodes)
     )
     start_ns = time_ns(message.stamp)
-    revision = _revision(message)
+    revision, file = int(message.revision), MissionFile(message.file, message.sha256)
     if not revision:
-        return Batch(
-            message.run, (events.RunStarted(start_ns, message.run, message.mission, nodes),)
-        )
+        started = events.RunStarted(start_ns, message.run, message.mission, nodes)
+        return Batch(message.run, (started,), file=file)
     revised = events.TreeRevised(
         time_ns(message.revised),
         message.run,
@@ -71,15 +71,7 @@ def tree(message: Any) -> Batch:
         message.summary,
         start_ns,
     )
-    return Batch(message.run, (revised,), revision=revision)
-
-
-def _revision(message: Any) -> int:
-    """Return the number of revisions; recordings of earlier versions have none."""
-    try:
-        return int(message.revision)
-    except (AttributeError, KeyError):
-        return 0
+    return Batch(message.run, (revised,), revision=revision, file=file)
 
 
 def requirements(message: Any) -> Batch:
@@ -117,7 +109,7 @@ def changes(message: Any) -> Batch:
     changed: list[events.Event] = list(_statuses(message.changes, stamp_ns))
     if len(message.reset):
         changed.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
-    return Batch(message.run, tuple(changed), message.sequence, revision=_revision(message))
+    return Batch(message.run, tuple(changed), message.sequence, revision=int(message.revision))
 
 
 def statuses(answer: Any) -> Batch:

@@ -16,6 +16,7 @@ from bt_mission.events.events import (
 )
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.messages import Batch
+from bt_mission.events.mission_file import FileCheck, MissionFile
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Received, Verb
 
@@ -54,6 +55,17 @@ class WatchedMission:
         self.mission = MissionState()
         self._feed = MissionFeed(self.mission)
         self.pace = RealTimeFactor()
+        self._file: MissionFile | None = None
+        self._file_check = FileCheck()
+
+    @property
+    def file_note(self) -> str:
+        """Whether the mission's file differs from what runs, as text; empty if it does not."""
+        return self._file_check.note
+
+    def check_file(self) -> None:
+        """Compare the mission's file with what runs; called about once a second."""
+        self._file_check.look(self._file)
 
     @property
     def needs_statuses(self) -> bool:
@@ -69,6 +81,9 @@ class WatchedMission:
         happened: list[Event] = []
         for batch in received.messages:
             self._note_pace(batch, wall_s)
+            if batch.file is not None:
+                self._file = batch.file
+                self.check_file()
             for event in self._feed.take(batch):
                 happened.append(event)
                 if isinstance(event, RunStarted):

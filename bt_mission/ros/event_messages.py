@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from bt_mission_interfaces.msg import (
@@ -40,6 +41,8 @@ from bt_mission.events.events import (
     TreeRevised,
 )
 from bt_mission.events.log import words_of
+from bt_mission.events.mission_file import sha256_of
+from bt_mission.language.mission import Mission
 
 CODES = {
     Status.INVALID: NodeStatus.INVALID,
@@ -55,8 +58,8 @@ def stamp(time_ns: int) -> Time:
     return message
 
 
-def tree(event: RunStarted, revised: TreeRevised | None = None) -> Tree:
-    """Return the tree of a run that has started, with its newest revision."""
+def tree(event: RunStarted, mission: Mission, revised: TreeRevised | None = None) -> Tree:
+    """Return the tree of a run that has started, with its newest revision and its file."""
     newest = {} if revised is None else _revision(revised)
     return Tree(
         **newest,
@@ -64,6 +67,8 @@ def tree(event: RunStarted, revised: TreeRevised | None = None) -> Tree:
         run=event.run,
         mission=event.mission,
         nodes=list(map(_tree_node, event.nodes)),
+        file=str(Path(mission.file).absolute()) if Path(mission.file).is_file() else "",
+        sha256=sha256_of(mission.document.text),
     )
 
 

@@ -159,7 +159,7 @@ class StatusPublisher:
         if self._run is not None and self._has_tree:
             assert self._run.executive.mission_state.tree is not None, "it was sent"
             tree = self._run.executive.mission_state.tree
-            yield "tree", event_messages.tree(tree, self._revised)
+            yield "tree", event_messages.tree(tree, self._run.mission, self._revised)
             if self._run.executive.mission_state.requirements:
                 yield "requirements", self._requirements(self._run)
         if self._state is not None and (self._has_state or self._run is None):
@@ -199,7 +199,7 @@ class StatusPublisher:
             if tree is None or not tree.time_ns:
                 return False  # the run has not started
             self._has_tree = True
-            self._send("tree", event_messages.tree(tree, self._revised))
+            self._send("tree", event_messages.tree(tree, run.mission, self._revised))
         self._send_pending(run)
         self._watch.emit_changes()
         if self._has_verdicts:
@@ -222,7 +222,7 @@ class StatusPublisher:
                 tree = run.executive.mission_state.tree
                 assert tree is not None, "it was sent"
                 revised = replace(tree, mission=event.mission, nodes=event.nodes)
-                self._send("tree", event_messages.tree(revised, event))
+                self._send("tree", event_messages.tree(revised, run.mission, event))
             else:
                 changes.append(event)
         self._send_changes_of(run, changes)

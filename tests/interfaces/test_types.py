@@ -100,7 +100,8 @@ FIELDS = [
         (
             "builtin_interfaces/Time stamp, string run, string mission, "
             "sequence<bt_mission_interfaces/TreeNode> nodes, uint32 revision, "
-            "builtin_interfaces/Time revised, sequence<int32> kept, string summary"
+            "builtin_interfaces/Time revised, sequence<int32> kept, string summary, "
+            "string file, string sha256"
         ),
     ),
     (NodeStatus, "uint32 node, uint8 status, string message"),

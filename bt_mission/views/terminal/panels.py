@@ -55,7 +55,11 @@ STATE_STATUSES = {
 
 
 def header(
-    mission: MissionState, robot: RobotState, factor: float | None, marks: Marks
+    mission: MissionState,
+    robot: RobotState,
+    factor: float | None,
+    marks: Marks,
+    file_note: str = "",
 ) -> list[Span]:
     """Return name, state and reason, time, pace and battery of a mission, most important first."""
     tree, state = mission.tree, mission.state
@@ -70,6 +74,8 @@ def header(
     if mission.violated:
         sign, count = marks.status[Status.FAILURE], len(mission.violated)
         spans.append((f"  {sign} {count} of {len(mission.requirements)} violated", "failure"))
+    if file_note:
+        spans.append((f"  {file_note}", "paused"))
     if tree is not None:
         spans.append((f"  {seconds(mission.elapsed_ns / NS)}", ""))
     if factor is not None and mission.status not in FINAL:

@@ -102,6 +102,7 @@ class WatchApp(ViewApp):
         if self.source is not None and self._since_check.elapsed_s < CHECK_S:
             return
         self._since_check = Stopwatch()
+        self.outlook.check_file()
         finding = self.attachment.look()
         if finding.is_new:
             self.outlook = WatchModel()

@@ -212,7 +212,7 @@ class MainScreen(Screen[None]):
             self._content = content
             self.place_panes()
         width = self.size.width
-        head = header(mission, mission.robot, outlook.pace.factor, marks)
+        head = header(mission, mission.robot, outlook.pace.factor, marks, outlook.file_note)
         self.panes["head"].show([[*before, *head]])
         self.panes["path"].show([path(outlook.running_path, width, marks)])
         self.panes["foot"].show([foot])

@@ -151,6 +151,7 @@ class LiveMission:
         if self._attachment.source is not None and self._since_check.elapsed_s < CHECK_S:
             return
         self._since_check = Stopwatch()
+        self._watched.check_file()
         change = self._attachment.look()
         self._is_choice = change.is_choice
         if change.is_new:
@@ -172,6 +173,7 @@ class LiveMission:
             source=source.name if source else "",
             is_there=source is not None and source.is_there,
             can=can,
+            file_note=self._watched.file_note,
         )
         self.board.put("factor", None if factor is None else round(factor, 1))
         self.board.put("hint", self._hint)

@@ -143,6 +143,7 @@ function drawState() {
     state.charge === null || state.charge === undefined ? "" : `battery ${state.charge.toFixed(0)} %`,
     violated ? `${violated} of ${store.requirements.size} requirements violated` : "",
     replay ? `recording ${replay.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
+    state.file_note || "",
     replay?.missing ? `lacks ${replay.missing}` : "",
   ].filter(Boolean).join(" · ");
   byId("reason").textContent = state.reason || "";
