@@ -10,7 +10,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_source
 
 CHANGED = "file on disk differs"
-"""What views show."""
+"""The note in views."""
 
 
 def sha256_of(text: str) -> str:
