@@ -30,7 +30,7 @@ AUTHORITY = re.compile(r"[A-Za-z0-9.\-\[\]:]+")
 HEADERS = {
     "cache-control": "no-store",
     "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
-    "img-src 'self'; connect-src 'self' {socket}; base-uri 'none'; form-action 'none'; "
+    "img-src 'self' data:; connect-src 'self' {socket}; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",

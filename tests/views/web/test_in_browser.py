@@ -72,6 +72,24 @@ async def test_every_control_of_a_mission(screen: Screen, executive: ScriptedExe
         await screen.until(f"document.getElementById({name!r}).disabled")
 
 
+@scene_on_page()
+async def test_the_tree_as_a_drawing(screen: Screen, executive: ScriptedExecutive) -> None:
+    """It has the nodes, the breakpoints and the selection of the outline."""
+    await screen.look("document.getElementById('node-3').click()")
+    executive.detail(breakpoints=("0.1.0",))
+    await screen.key("d")  # the same tree as a drawing, with the same selection
+    await screen.until("document.querySelector('#box-3[aria-label*=breakpoint]') !== null")
+    assert await screen.look("document.querySelectorAll('.node').length") == 5
+    assert (
+        await screen.look("document.activeElement.getAttribute('aria-activedescendant')") == "box-3"
+    )
+    await screen.key("ArrowDown")
+    await screen.until("document.querySelector('#node-4[aria-selected=true]') !== null")
+    await screen.key("ArrowUp")
+    await screen.key("d")
+    await screen.until("document.activeElement.id === 'tree'")
+
+
 def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
     """A button lasts while the mission goes on, so that no press of it is lost."""
     first, other = ScriptedExecutive(name="/one"), ScriptedExecutive(name="/two")

@@ -68,6 +68,8 @@ def test_it_opens_where_it_is_wanted_and_plays_at_its_pace(chromium: Page):
         await screen.shows("play", "Pause")
         await screen.key("p")
         await screen.until("document.getElementById('play').innerText.trim() === 'Play'")
+        await screen.key("d")  # the tree as a drawing, with the statuses of the instant
+        await screen.until("document.querySelector('#drawing .ran-running') !== null")
 
     play(chromium, scene, at=1.25, speed=4.0)
 

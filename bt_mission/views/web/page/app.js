@@ -3,6 +3,7 @@
 import { Connection } from "./connection.js";
 import { CameraView } from "./camera.js";
 import { drawChart } from "./chart.js";
+import { Drawing, keyOf } from "./drawing.js";
 import { ForkPanel } from "./fork.js";
 import { MapView } from "./map.js";
 import { Recorded, recordings } from "./recorded.js";
@@ -11,7 +12,7 @@ import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "
 import { Store } from "./store.js";
 import { Timeline } from "./timeline.js";
 import { Tree } from "./tree.js";
-import { byId, element, seconds } from "./words.js";
+import { STATUSES, byId, element, seconds } from "./words.js";
 
 const ARMED_MS = 5000;
 const TICK_MS = 200; // between two drawings of times that only go on
@@ -37,8 +38,11 @@ const ask = (request) => connection.send(request);
 const tree = new Tree(store, (index) => {
   ask({ do: "select", node: index });
   store.fresh.add("node");
+  const box = drawing.boxes[index];
+  if (box && drawing.selected !== keyOf(box.path)) drawing.choose(box);
   drawSoon();
 });
+const drawing = new Drawing((box) => { if (tree.selected !== box.index) tree.select(box.index); });
 const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
 const camera = new CameraView((isOn) => ask({ do: "camera", is_on: isOn }));
 const log = new LogPanel(store);
@@ -102,7 +106,7 @@ function draw() {
     tickTimer = setTimeout(() => { store.fresh.add("tick"); drawSoon(); }, TICK_MS);
   }
   const has = (...names) => names.some((name) => fresh.has(name));
-  if (has("tree") && store.isNewTree) { store.isNewTree = false; tree.begin(); }
+  if (has("tree") && store.isNewTree) { store.isNewTree = false; tree.begin(); drawing.boxes = []; }
   if (has("state", "tick", "factor", "hint", "choices", "is_read_only", "replay")) drawState();
   if (has("state")) tree.goAlong();
   if (store.past === null) {
@@ -111,6 +115,7 @@ function draw() {
     tree.draw(has("tree") || stops !== drawnStops);
     drawnStops = stops;
   }
+  if (has("tree", "nodes", "state", "past")) drawDrawing();
   store.touched.clear();
   if (has("tree", "nodes", "node", "goals", "tick")) drawNode(store, tree.selected);
   if (has("log", "log_is_new", "past")) log.draw(has("log_is_new", "past"));
@@ -191,6 +196,37 @@ function chart(name) {
   drawSoon();
 }
 
+// The tree as a drawing: its boxes when it is first shown, and their statuses.
+function drawDrawing() {
+  if (byId("drawing").hidden || !store.tree) return;
+  const { nodes } = store.tree;
+  if (!drawing.boxes.length) {
+    const parents = new Set(nodes.slice(1).map((node) => node[2]));
+    const kindOf = (kind, name, index) => (parents.has(index) && kind.toLowerCase() !== name.toLowerCase() ? kind.toLowerCase() : "");
+    drawing.show(nodes.map(([name, kind, parent, path], index) => ({
+      path: path.split(".").map(Number), parent: index ? parent : -1, kind: kindOf(kind, name, index), name, detail: "", family: "other", glyph: "", is_empty: false, takes_list: false,
+    })));
+    drawing.selected = keyOf(drawing.boxes[tree.selected].path);
+    drawing.orient();
+  }
+  const { status } = store.view();
+  const stops = store.state.breakpoints ?? [];
+  const keys = drawing.boxes.map((box) => keyOf(box.path));
+  drawing.tell({
+    statuses: new Map(keys.map((key, index) => [key, STATUSES[status[index]]]).filter(([, words]) => words !== STATUSES[0])),
+    stops: new Set(keys.filter((_, index) => stops.includes(nodes[index][3]) || stops.includes(nodes[index][0]))),
+  });
+}
+
+function showDrawing(isWanted) {
+  for (const id of ["drawing", "drawing-tools"]) byId(id).hidden = !isWanted;
+  for (const id of ["tree", "fold"]) byId(id).hidden = isWanted;
+  byId("as-drawing").setAttribute("aria-pressed", isWanted);
+  drawDrawing();
+  if (!isWanted) tree.draw(true);
+  byId(isWanted ? "drawing" : "tree").focus();
+}
+
 // ---- what the user wants ---------------------------------------------------------------------
 
 function press(name) {
@@ -201,6 +237,7 @@ function press(name) {
 for (const name of ["pause", "pause_keeping_goals", "resume", "step"]) {
   byId(name).addEventListener("click", () => ask({ do: name }));
 }
+byId("as-drawing").addEventListener("click", () => showDrawing(byId("drawing").hidden));
 byId("breakpoint").addEventListener("click", () => ask({ do: "breakpoint", node: tree.selected }));
 byId("stop").addEventListener("click", () => {
   const button = byId("stop");
@@ -248,6 +285,7 @@ document.addEventListener("keydown", (event) => {
   else if (event.key === "/") { event.preventDefault(); byId("search").focus(); }
   else if (event.key === "n" || event.key === "N") tree.search(byId("search").value, tree.selected, event.key === "n" ? 1 : -1);
   else if (event.key === "f") byId("follow").click();
+  else if (event.key === "d") byId("as-drawing").click();
 });
 
 function showKeys(isWanted) {

@@ -1,11 +1,11 @@
 // The editor: one text, shown as text and as a drawing, with its checks, its run and its proof.
 
+import { Drawing, keyOf } from "./drawing.js";
 import { ask, connected } from "./edit_api.js";
 import { Form, Palette } from "./edit_form.js";
 import { FaultList, Plan, WorldEditor } from "./edit_map.js";
 import { RunPane, findingList, prove, runPaths } from "./edit_run.js";
 import { TextPane } from "./edit_text.js";
-import { Drawing, keyOf } from "./edit_tree.js";
 import { byId, element } from "./words.js";
 
 const CHECK_MS = 250;

@@ -1,22 +1,14 @@
 // The map of a world: its plan, a cross that the mouse and the keys move, and the faults of a run.
 
+import { shape } from "./drawing.js";
 import { ask } from "./edit_api.js";
 import { byId, element } from "./words.js";
 
-const SVG = "http://www.w3.org/2000/svg";
 const [STEP, FINE] = [0.1, 0.01]; // metres of a press of an arrow
 const MARGIN = 0.3;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 const rounded = (number) => Math.round(number * 100) / 100 || 0;
-
-export function shape(tag, attributes, className, text = "") {
-  const made = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  if (className) made.setAttribute("class", className);
-  if (text) made.textContent = text;
-  return made;
-}
 
 export class Plan {
   // onPlace(x, y): the user has chosen a place, by a click or Enter. onDrop(path, x, y): has dragged

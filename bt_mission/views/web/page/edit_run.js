@@ -1,7 +1,7 @@
 // The run of the text, in a frame; its statuses in the drawing; the proof.
 
 import { ask } from "./edit_api.js";
-import { keyOf } from "./edit_tree.js";
+import { keyOf } from "./drawing.js";
 import { STATUSES, byId, element } from "./words.js";
 
 const POLL_MS = 250;

@@ -1,4 +1,4 @@
-// The drawing: boxes in layers, their selection by keys and mouse, and dragging.
+// The drawing of a tree: boxes in layers, their selection by keys and mouse, and dragging in the editor.
 
 import { byId } from "./words.js";
 
@@ -8,7 +8,7 @@ const MARGIN = 16;
 const FAR = 6;
 const MOST_PAINTED = 300;
 
-function shape(tag, attributes, className = "", text = "") {
+export function shape(tag, attributes, className = "", text = "") {
   const made = document.createElementNS(SVG, tag);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   if (className) made.setAttribute("class", className);
@@ -20,8 +20,9 @@ const cut = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…
 export const keyOf = (path) => JSON.stringify(path);
 
 export class Drawing {
-  // onSelect(box): the user has selected a box. onAct(name, facts): the user wants a change.
-  constructor(onSelect, onAct) {
+  // onSelect(box): the user has selected a box. onAct(name, facts): the user wants a change; null
+  // where the tree cannot be edited.
+  constructor(onSelect, onAct = null) {
     Object.assign(this, { onSelect, onAct, boxes: [], shown: [], folded: new Set(), zoom: 1, least: null, isDown: false });
     this.selected = keyOf([]);
     this.marked = null;
@@ -33,7 +34,7 @@ export class Drawing {
     this.picture = byId("picture");
     this.box.addEventListener("keydown", (event) => this.key(event));
     this.box.addEventListener("pointerdown", (event) => this.press(event));
-    this.box.addEventListener("dblclick", (event) => { const box = this.at(event.target); if (box) this.onAct("fields"); });
+    this.box.addEventListener("dblclick", (event) => { const box = this.at(event.target); if (box) this.onAct?.("fields"); });
     this.box.addEventListener("wheel", (event) => {
       if (!event.ctrlKey) return;
       event.preventDefault();
@@ -264,7 +265,7 @@ export class Drawing {
     this.choose(box);
     this.box.focus();
     event.preventDefault();
-    if (box.path.length > 1 && !box.is_empty) this.drag(event, { path: box.path });
+    if (this.onAct && box.path.length > 1 && !box.is_empty) this.drag(event, { path: box.path });
   }
 
   // Follows the pointer until it is released: over a place, the act is done.
@@ -324,7 +325,7 @@ export class Drawing {
   // ---- keys ------------------------------------------------------------------------------
 
   key(event) {
-    if (!this.boxes.length) { if (event.key === "a") { event.preventDefault(); this.onAct("palette"); } return; }
+    if (!this.boxes.length) { if (this.onAct && event.key === "a") { event.preventDefault(); this.onAct("palette"); } return; }
     const box = this.current ?? this.boxes[0];
     const siblings = box.parent >= 0 ? this.children[box.parent] : [box];
     const at = siblings.indexOf(box);
@@ -333,26 +334,29 @@ export class Drawing {
     const go = (to) => to && this.choose(to);
     const [next, previous, inward, outward] = this.isDown ? ["ArrowRight", "ArrowLeft", "ArrowDown", "ArrowUp"] : ["ArrowDown", "ArrowUp", "ArrowRight", "ArrowLeft"];
     const inner = () => (this.folded.has(keyOf(box.path)) ? this.fold(box, false) : go(this.children[box.index][0]));
-    if (event.altKey && (event.key === "ArrowUp" || event.key === "ArrowDown")) {
+    if (this.onAct && event.altKey && (event.key === "ArrowUp" || event.key === "ArrowDown")) {
       event.preventDefault();
       this.onAct(event.key === "ArrowUp" ? "earlier" : "later");
       return;
     }
     const command = event.ctrlKey || event.metaKey;
-    if (command && "zy".includes(event.key.toLowerCase())) {
+    if (this.onAct && command && "zy".includes(event.key.toLowerCase())) {
       event.preventDefault();
       this.onAct(event.key === "z" ? "undo" : "redo");
       return;
     }
     if (command || event.altKey) return;
-    const acts = {
+    const moves = {
       [next]: () => go(beside(1)), [previous]: () => go(beside(-1)), [inward]: inner,
       [outward]: () => go(this.boxes[box.parent]), Home: () => go(order[0]), End: () => go(order[order.length - 1]),
-      " ": () => this.fold(box, !this.folded.has(keyOf(box.path))), Enter: () => this.onAct("fields"), F2: () => this.onAct("name"),
+      " ": () => this.fold(box, !this.folded.has(keyOf(box.path))), t: () => this.turn(), 0: () => this.fit(),
+    };
+    const acts = this.onAct === null ? moves : {
+      ...moves, Enter: () => this.onAct("fields"), F2: () => this.onAct("name"),
       Delete: () => this.onAct("delete"), Backspace: () => this.onAct("delete"), a: () => this.onAct("palette"), w: () => byId("wrap").focus(),
-      u: () => this.onAct("unwrap"), c: () => this.onAct("copy"), t: () => this.turn(), r: () => this.onAct("run-to"), R: () => this.onAct("run-from"), m: () => this.onAct("map"),
+      u: () => this.onAct("unwrap"), c: () => this.onAct("copy"), r: () => this.onAct("run-to"), R: () => this.onAct("run-from"), m: () => this.onAct("map"),
       x: () => { this.marked = this.selected; this.draw(); }, v: () => this.onAct("drop"), Escape: () => { this.marked = null; this.draw(); },
-      "+": () => this.scale(1.25), "-": () => this.scale(0.8), 0: () => this.fit(),
+      "+": () => this.scale(1.25), "-": () => this.scale(0.8),
     };
     if (!(event.key in acts)) return;
     event.preventDefault();
