@@ -125,6 +125,24 @@ def rig() -> Iterator[Any]:
     made.close()
 
 
+@pytest.fixture(scope="session")
+def chromium_of_all(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A browser for all tests of this process."""
+    from tests.support.browser import browser  # noqa: PLC0415 - most tests need none
+
+    with browser(tmp_path_factory.mktemp("profile")) as page:
+        yield page
+
+
+@pytest.fixture
+def chromium(chromium_of_all: Any) -> Iterator[Any]:
+    """The page of a browser, which shows nothing before and after."""
+    chromium_of_all.problems.clear()
+    yield chromium_of_all
+    chromium_of_all.prefer("")
+    chromium_of_all.visit("about:blank", width=800, height=600)
+
+
 @pytest.fixture
 def context() -> Iterator[Any]:
     """A context of rclpy's, for nodes that the test makes."""

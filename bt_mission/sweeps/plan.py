@@ -8,8 +8,6 @@ from functools import cached_property
 from math import prod
 from typing import Any
 
-from scipy.stats import qmc
-
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.expressions.values import Plain
 from bt_mission.sweeps.base import BaseScenario
@@ -137,6 +135,9 @@ class SweepPlan:
 
     @cached_property
     def _draws(self) -> Any:
+        # Takes a second to import, and only samples need it.
+        from scipy.stats import qmc  # noqa: PLC0415
+
         sampler = qmc.LatinHypercube(d=len(self.parameters), rng=self.sample_seed)
         return sampler.random(self.sample or 0)
 

@@ -104,11 +104,11 @@ def test_a_search_without_a_counterexample_writes_nothing(search: CommandLine) -
 def test_what_breaks_the_reference_does_not_count(search: CommandLine) -> None:
     """A mission that keeps 0.5 m stands the boxes that one with 0.2 m does not."""
     search.write("good.yaml", CAREFUL)
-    command = f"{SEARCH} --reference good.yaml --simplify 4"
+    command = f"{SEARCH} --reference good.yaml --simplify 1"
     result = search.json(f"{command} --budget 40", 1)
     assert [each["what"] for each in result["found"]] == ["keeps its distance"]
     search.write("good.yaml", DEFECT)
-    result = search.json(f"{command} --budget 8")
+    result = search.json(f"{command} --budget 5")
     assert result["found"] == []
     assert result["broke_the_reference"] > 0
 

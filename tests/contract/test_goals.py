@@ -121,13 +121,3 @@ def test_nothing_that_asks_for_a_scan_is_accepted_by_a_blind_lidar(make_bench, r
         name for name, served in SERVED.items() if "scan" not in served.asks
     }
     assert not bench.moved
-
-
-def test_a_rejected_goal_does_not_touch_the_one_that_runs(bench, name):
-    """Only an accepted goal replaces another."""
-    running = bench.send(name)
-    bench.steps(10)
-    bad = bench.send("turn", goal("turn", angle=math.nan))
-    bench.steps(5)
-    assert bad.accepted is False
-    assert running.status is None

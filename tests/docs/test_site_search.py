@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import pytest
 
-from tests.support.browser import BROWSER, browser
+from tests.support.browser import BROWSER
 from tests.support.project import ROOT
 from tests.support.questions import QUESTIONS
 from tests.support.report_pages import text_of
@@ -25,7 +25,7 @@ RESULTS = (
 )
 
 
-def test_pages_are_built_and_found(tmp_path: Path) -> None:
+def test_pages_are_built_and_found(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """Without a warning; the right page is among the first three for every question."""
     site = tmp_path / "x"
     build_site.build(ROOT, site, is_strict=True)
@@ -38,13 +38,13 @@ def test_pages_are_built_and_found(tmp_path: Path) -> None:
     assert "with --web: listen on this port" in commands
     if BROWSER is None:
         pytest.skip("no Chromium is installed")
+    chromium = request.getfixturevalue("chromium")
     missed = {}
-    with browser(tmp_path / "profile") as chromium:
-        for words, names in QUESTIONS.items():
-            address = f"{(site / 'search.html').as_uri()}?q={quote(words)}"
-            chromium.visit(address, width=1000, height=800)
-            chromium.until(IS_DONE)
-            results = [path.partition("/docs/")[2] for path in chromium.look(RESULTS)]
-            if not {*results} & {f"{name}.html" for name in names}:
-                missed[words] = results
+    for words, names in QUESTIONS.items():
+        address = f"{(site / 'search.html').as_uri()}?q={quote(words)}"
+        chromium.visit(address, width=1000, height=800)
+        chromium.until(IS_DONE)
+        results = [path.partition("/docs/")[2] for path in chromium.look(RESULTS)]
+        if not {*results} & {f"{name}.html" for name in names}:
+            missed[words] = results
     assert missed == {}

@@ -58,32 +58,6 @@ def test_package_and_project_have_one_version(package):
     }
 
 
-SIMULATION = {
-    "action": {"SimulateSteps"},
-    "srv": {
-        *("DeleteEntity", "GetEntities", "GetEntitiesStates", "SpawnEntities", "SpawnEntity"),
-        *(f"{verb}Entity{what}" for verb in ("Get", "Set") for what in ("Info", "State")),
-        *("GetEntityBounds", "GetNamedPoseBounds", "GetNamedPoses", "GetSpawnables"),
-        *("GetSimulationState", "GetSimulatorFeatures", "SetSimulationState"),
-        *("ResetSimulation", "StepSimulation"),
-        *("GetAvailableWorlds", "GetCurrentWorld", "LoadWorld", "UnloadWorld"),
-    },
-    "msg": {
-        *("Bounds", "NamedPose", "Resource", "Result", "TagsFilter", "WorldResource"),
-        *(f"Entity{what}" for what in ("Category", "Filters", "Info", "State")),
-        *("SimulationState", "SimulatorFeatures", "SpawnEntity", "SpawnResult", "Spawnable"),
-    },
-}
-"""What simulation_interfaces 1.5 has, the release for ROS 2 Jazzy."""
-
-
-@pytest.mark.parametrize("kind", SIMULATION)
-def test_tools_for_simulators_find_all_of_their_interfaces(kind):
-    """A panel or a script imports what it likes of them."""
-    folder = ROOT / "interfaces/simulation_interfaces" / kind
-    assert {path.stem for path in folder.iterdir()} == SIMULATION[kind]
-
-
 SUBSTITUTES = [
     "example_interfaces",
     "nav2_msgs",

@@ -1,29 +1,10 @@
 """The generated types: exact fields, codes and hashes, which are what goes over the wire."""
 
+import importlib
+import re
+from typing import Any
+
 import pytest
-from bt_mission_interfaces.action import (
-    CameraSweep,
-    ExecuteMission,
-    ExploreForward,
-    ExploreFrontiers,
-    FindColour,
-    Move,
-    RecordDistance,
-    TakePictures,
-    Turn,
-)
-from bt_mission_interfaces.msg import (
-    Collision,
-    Coverage,
-    MissionState,
-    NodeStatus,
-    Requirement,
-    Requirements,
-    StatusChanges,
-    Tree,
-    TreeNode,
-)
-from bt_mission_interfaces.srv import GetStatuses, PauseMission, ReviseMission, SetBreakpoint
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from rclpy.type_support import check_for_type_support
@@ -31,133 +12,10 @@ from tf2_msgs.msg import TFMessage
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.server.actions import generated_type
+from tests.support.project import ROOT
 from tests.support.served import SERVED
 
-FIELDS = [
-    (ExploreForward.Goal, "float fwd_velocity, float stopping_distance"),
-    (
-        ExploreForward.Result,
-        (
-            "float total_distance_travelled, float closest_obstacle, "
-            "float closest_obstacle_angle, uint16 error_code, string error_msg"
-        ),
-    ),
-    (ExploreForward.Feedback, "float current_distance_travelled, float closest_obstacle"),
-    (Turn.Goal, "float angle, float angular_velocity"),
-    (Turn.Result, "float angle_turned, uint16 error_code, string error_msg"),
-    (Turn.Feedback, "float current_angle, float remaining_angle"),
-    (CameraSweep.Goal, "float sweep_angle, int32 image_count"),
-    (
-        CameraSweep.Result,
-        "string image_path, sequence<string> image_paths, uint16 error_code, string error_msg",
-    ),
-    (CameraSweep.Feedback, "int32 current_image, float current_angle"),
-    (Move.Goal, "int32 secs, float linear_velocity, float angular_velocity"),
-    (Move.Result, "string status, uint16 error_code, string error_msg"),
-    (Move.Feedback, "string feedback"),
-    (RecordDistance.Goal, "int32 seconds"),
-    (
-        RecordDistance.Result,
-        "boolean status, double total_dist, uint16 error_code, string error_msg",
-    ),
-    (RecordDistance.Feedback, "double current_dist"),
-    (TakePictures.Goal, "int32 nseconds"),
-    (
-        TakePictures.Result,
-        ("sequence<sensor_msgs/CompressedImage> all_pictures, uint16 error_code, string error_msg"),
-    ),
-    (TakePictures.Feedback, "sensor_msgs/CompressedImage last_image"),
-    (FindColour.Goal, "string colour, float min_share"),
-    (FindColour.Result, "float angle, float share, uint16 error_code, string error_msg"),
-    (FindColour.Feedback, "float angle, float share"),
-    (ExploreFrontiers.Goal, "float max_duration, float min_frontier"),
-    (
-        ExploreFrontiers.Result,
-        "int32 frontiers_visited, float area_mapped, uint16 error_code, string error_msg",
-    ),
-    (ExploreFrontiers.Feedback, "int32 frontiers_left, float area_mapped"),
-    (ExecuteMission.Goal, "string path, string text, sequence<string> inputs, int64 seed"),
-    (
-        ExecuteMission.Result,
-        (
-            "string status, string summary, double duration, uint32 ticks, uint32 goals_sent, "
-            "uint32 goals_left_behind, uint16 error_code, string error_msg"
-        ),
-    ),
-    (
-        ExecuteMission.Feedback,
-        (
-            "string status, string tip, sequence<string> running, sequence<string> doing, "
-            "double elapsed"
-        ),
-    ),
-    (
-        TreeNode,
-        "string name, string kind, string path, uint32 parent, sequence<string> details",
-    ),
-    (
-        Tree,
-        (
-            "builtin_interfaces/Time stamp, string run, string mission, "
-            "sequence<bt_mission_interfaces/TreeNode> nodes, uint32 revision, "
-            "builtin_interfaces/Time revised, sequence<int32> kept, string summary, "
-            "string file, string sha256"
-        ),
-    ),
-    (NodeStatus, "uint32 node, uint8 status, string message"),
-    (
-        StatusChanges,
-        (
-            "builtin_interfaces/Time stamp, string run, uint32 sequence, uint32 revision, "
-            "sequence<bt_mission_interfaces/NodeStatus> changes, sequence<uint32> reset"
-        ),
-    ),
-    (
-        Requirement,
-        (
-            "string name, string requirement, string verdict, string outcome, double margin, "
-            "string unit, double at, double violated_at, string on_violation, "
-            "sequence<string> sources, string why"
-        ),
-    ),
-    (
-        Requirements,
-        (
-            "builtin_interfaces/Time stamp, string run, "
-            "sequence<bt_mission_interfaces/Requirement> requirements"
-        ),
-    ),
-    (
-        MissionState,
-        ("builtin_interfaces/Time stamp, string run, string mission, string status, string reason"),
-    ),
-    (PauseMission.Request, "boolean keep_goals"),
-    (PauseMission.Response, "boolean success, string message"),
-    (
-        ReviseMission.Request,
-        (
-            "string file, string text, sequence<string> include_names, "
-            "sequence<string> include_texts, boolean dry_run, boolean keep_goals"
-        ),
-    ),
-    (ReviseMission.Response, "boolean success, string message, string revision"),
-    (SetBreakpoint.Request, "string node, boolean remove"),
-    (SetBreakpoint.Response, "boolean success, string message, sequence<string> breakpoints"),
-    (
-        GetStatuses.Response,
-        (
-            "string run, uint32 sequence, uint32 revision, "
-            "sequence<bt_mission_interfaces/NodeStatus> statuses"
-        ),
-    ),
-    (
-        Coverage,
-        "std_msgs/Header header, float area, float fraction, int32 zones_visited, int32 zones",
-    ),
-    (
-        Collision,
-        "std_msgs/Header header, string obstacle, geometry_msgs/Point point, double force",
-    ),
+PUBLISHED = [
     (Fibonacci.Goal, "int32 order"),
     (Fibonacci.Result, "sequence<int32> sequence"),
     (Fibonacci.Feedback, "sequence<int32> sequence"),
@@ -165,15 +23,54 @@ FIELDS = [
     (AddTwoInts.Response, "int64 sum"),
     (TFMessage, "sequence<geometry_msgs/TransformStamped> transforms"),
 ]
+"""Fields of types of other packages, for which ours stand in."""
 
 
 @pytest.mark.parametrize(
-    ("message", "fields"), [pytest.param(*row, id=row[0].__name__) for row in FIELDS]
+    ("message", "fields"), [pytest.param(*row, id=row[0].__name__) for row in PUBLISHED]
 )
-def test_fields_are_exactly_these(message, fields):
+def test_fields_are_the_published_ones(message, fields):
     """Name, type and order of each field: all three are part of the type's hash."""
+    assert fields_of(message) == fields
+
+
+KINDS = {"float32": "float", "float64": "double", "bool": "boolean", "byte": "octet"}
+FIELD = re.compile(r"^([\w/]+)(?:\[(<=)?(\d*)\])? +([a-z]\w*)(?!\w*=)", re.MULTILINE)
+PARTS = {"action": ("Goal", "Result", "Feedback"), "srv": ("Request", "Response"), "msg": ("",)}
+DEFINITIONS = sorted((ROOT / "interfaces").glob("*/*/*.*"))
+
+
+def fields_of(message: type[Any]) -> str:
+    """The fields of a generated type."""
     results = message.get_fields_and_field_types().items()
-    assert ", ".join(f"{kind} {name}" for name, kind in results) == fields
+    return ", ".join(f"{kind} {name}" for name, kind in results)
+
+
+def declared_in(text: str, package: str) -> str:
+    """The fields of a part of a definition, as generated types name them."""
+    fields = []
+    for kind, is_bounded, size, name in FIELD.findall(text):
+        plain = kind if "/" in kind or kind[0].islower() else f"{package}/{kind}"
+        plain = KINDS.get(plain, plain)
+        (array,) = re.findall(rf"^{kind}(\[.*?\])? +{name}\b", text, re.MULTILINE)
+        if size and not is_bounded:
+            plain = f"{plain}[{size}]"
+        elif array:
+            plain = f"sequence<{plain}{f', {size}' if size else ''}>"
+        fields.append(f"{plain} {name}")
+    return ", ".join(fields)
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in DEFINITIONS if path.parent.name in PARTS], ids=lambda path: path.name
+)
+def test_generated_types_have_the_fields_of_their_definition(path):
+    """Of each message, service and action, in the order of its file."""
+    kind, package = path.parent.name, path.parents[1].name
+    message = getattr(importlib.import_module(f"{package}.{kind}"), path.stem)
+    texts = re.split(r"^---$", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    for name, text in zip(PARTS[kind], texts, strict=True):
+        assert fields_of(getattr(message, name) if name else message) == declared_in(text, package)
 
 
 CODES = {

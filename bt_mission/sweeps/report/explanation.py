@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import fisher_exact
 
 from bt_mission.core.nature import BY_NAME
 from bt_mission.scenarios.cause import Cause
@@ -109,6 +108,9 @@ class Explainer:
             return None
         here, size = int(inside[best]), int(sizes[best])
         table = [[here, count - here], [size - here, total - count - (size - here)]]
+        # Takes a second to import, and only the page of a finished sweep needs it.
+        from scipy.stats import fisher_exact  # noqa: PLC0415
+
         chance = min(1.0, float(fisher_exact(table).pvalue) * len(self._words))
         if chance > SIGNIFICANT:
             return None

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from bt_mission.sweeps.report.page import write_sweep_page
 from bt_mission.sweeps.store import ResultStore
-from tests.support.browser import BROWSER, Page, browser
+from tests.support.browser import BROWSER, Page
 from tests.support.hostile import MARKUP
 from tests.support.thorough import sample
 from tests.sweeps.conftest import origin, write_results
@@ -20,13 +19,6 @@ pytestmark = [
     pytest.mark.process,
     pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
 ]
-
-
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    """A browser."""
-    with browser(tmp_path_factory.mktemp("profile")) as page:
-        yield page
 
 
 def opened(chromium: Page, store: ResultStore, *, width: int = 1280, scripts: bool = True) -> Page:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from importlib.util import find_spec
 
 import pytest
 
 from bt_mission.views.web.live import LiveMission
-from tests.support.browser import Page, browser
+from tests.support.browser import Page
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 from tests.support.web_screen import Screen
 
@@ -39,17 +39,10 @@ def shown(executive: ScriptedExecutive) -> LiveMission:
     return LiveMission(ScriptedGraph(executive))
 
 
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    """A browser."""
-    with browser(tmp_path_factory.mktemp("profile")) as page:
-        yield page
-
-
 @pytest.fixture
 def on_page(
     chromium: Page, shown: LiveMission
-) -> Iterator[Callable[[Callable[[Screen], Awaitable[None]]], None]]:
+) -> Callable[[Callable[[Screen], Awaitable[None]]], None]:
     """Play a scene on the page of the scripted executive; nothing may go wrong on it."""
     from bt_mission.views.web.server import WebOptions, WebServer  # noqa: PLC0415 - the extra
     from tests.support.web_pages import serve  # noqa: PLC0415 - as above
@@ -65,5 +58,4 @@ def on_page(
         serve(shown, visited, WebOptions(port=0, is_read_only=is_read_only))
         assert chromium.problems == []
 
-    yield play
-    chromium.visit("about:blank", width=800, height=600)
+    return play

@@ -142,4 +142,3 @@ def test_nothing_is_wider_than_a_narrow_phone(
         assert await screen.look(wide) == 0
 
     serve(shown, scene)
-    chromium.visit("about:blank", width=800, height=600)

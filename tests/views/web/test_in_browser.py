@@ -111,7 +111,6 @@ def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
 
     serve(shown, visited, WebOptions(port=0))
     assert chromium.problems == []
-    chromium.visit("about:blank", width=800, height=600)
 
 
 def test_the_page_waits_for_a_mission(chromium: Page):
@@ -126,7 +125,6 @@ def test_the_page_waits_for_a_mission(chromium: Page):
         await screen.shows("hint", "No mission runs")
 
     serve(shown, visited, WebOptions(port=0))
-    chromium.visit("about:blank", width=800, height=600)
 
 
 @scene_on_page()

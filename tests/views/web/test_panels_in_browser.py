@@ -70,7 +70,6 @@ def test_a_page_opened_after_the_end_goes_back_through_the_run(
 
     serve(shown, scene)
     assert chromium.problems == []
-    chromium.visit("about:blank", width=800, height=600)
 
 
 @scene_on_page()
@@ -227,4 +226,3 @@ def test_where_there_is_no_room_the_map_is_closed_and_the_tree_comes_before_the_
 
     serve(shown, scene)
     assert chromium.problems == []
-    chromium.visit("about:blank", width=800, height=600)

@@ -174,7 +174,6 @@ def play(chromium: Page, tmp_path: Path) -> Play:
 
         play_with(EditServer(Workspace(file), WebOptions(port=0)), visited)
         assert chromium.problems == []
-        chromium.visit("about:blank", width=800, height=600)
 
     return play
 

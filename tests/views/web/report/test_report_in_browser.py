@@ -60,7 +60,6 @@ def opened(chromium: Page, page_of: Callable[[Path], Path]) -> Iterator[Callable
 
     yield visit
     assert chromium.problems == []
-    chromium.visit("about:blank", width=800, height=600)
 
 
 def test_it_opens_at_the_end_with_outcome_and_failure(opened: Callable[..., Page], hurried: Path):
@@ -202,4 +201,3 @@ def test_without_scripts_the_outcome_is_shown(
     words = " ".join(chromium.call("DOMSnapshot.captureSnapshot", computedStyles=[])["strings"])
     assert "need JavaScript" in words
     assert "does not hold" in words
-    chromium.visit("about:blank", width=800, height=600)
