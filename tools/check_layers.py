@@ -31,7 +31,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.testing",),
     ("bt_mission.sweeps",),
     ("bt_mission.search",),
-    ("bt_mission.reproducing",),
+    ("bt_mission.reproducing", "bt_mission.agents"),
     ("bt_mission.cli",),
 )
 """Packages of bt_mission, from the lowest layer: each imports those of lower layers."""
@@ -80,6 +80,7 @@ ASSEMBLES = (
     "bt_mission.sweeps",
     "bt_mission.search",
     "bt_mission.reproducing",
+    "bt_mission.agents",
     "bt_mission.cli",
     "bt_mission.testing",
 )
@@ -102,6 +103,7 @@ SPEAKS_ROS = (
     "action_servers.robot_io",
     "action_servers.arbiter.node",
     "action_servers.server",
+    "bt_mission.agents",
 )
 """Packages and modules that may import rclpy and generated messages."""
 

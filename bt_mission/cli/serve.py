@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options, foxglove_process
+from bt_mission.cli.mcp import AGENTS, site_of, site_option
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
     EDITABLE,
@@ -23,6 +24,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import checked, of_node
 from bt_mission.cli.web import watching_process, web_options
+from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
@@ -36,6 +38,7 @@ examples:
   bt-mission serve
   bt-mission serve --missions ~/patrols --missions ~/tests --allow-python
   bt-mission serve --record runs
+  bt-mission serve --site site.yaml                   proposals of agents, with a permit
   bt-mission actions send /execute_mission "{path: missions/patrol.yaml, seed: 3}"
   bt-mission services call /bt_mission/pause
   bt-mission services call /bt_mission/resume
@@ -57,6 +60,25 @@ def _offered(missions: ServedMissions) -> str:
     return f"missions of {folders}; Python leaves {python}, missions sent as text {texts}"
 
 
+def _missions(options: argparse.Namespace) -> ServedMissions:
+    """Return the missions to serve: of a site only those with a permit, and of named folders."""
+    from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
+
+    folders = folders_to_serve(options.missions) if options.missions or not options.site else ()
+    if options.site is None:
+        return ServedMissions(
+            folders, allow_python=options.allow_python, allow_text=options.allow_text
+        )
+    from bt_mission.agents.permitted import PermittedMissions
+
+    site, folder = site_of(options)
+    if options.namespace.strip("/") != site.written.namespace.strip("/"):
+        raise BtMissionError(
+            f"--namespace: the namespace of the site is '{site.written.namespace}'", code="BT-1102"
+        )
+    return PermittedMissions(folders, options.allow_python, site=site, folder=folder)
+
+
 def serve(options: argparse.Namespace) -> int:
     """Serve until interrupted; gives the exit code."""
     announce("joining the ROS graph")
@@ -65,7 +87,6 @@ def serve(options: argparse.Namespace) -> int:
     from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
-    from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
     from bt_mission.views.terminal.views import ServedLines
 
     def say(text: str) -> None:
@@ -79,11 +100,7 @@ def serve(options: argparse.Namespace) -> int:
         if recordings is not None:
             yield recordings.onlooker()
 
-    missions = ServedMissions(
-        folders_to_serve(options.missions),
-        allow_python=options.allow_python,
-        allow_text=options.allow_text,
-    )
+    missions = _missions(options)
     ros_args = of_node(checked(options.ros_args), NodeOptions().name)
     graph = GraphConnection(wall_clock=options.wall_clock, ros_args=ros_args)
     try:
@@ -183,6 +200,12 @@ COMMANDS = {
                 choices=("replace", "refuse"),
                 default="replace",
             ),
+            site_option("--site").but(
+                help="run proposals of agents that have a permit; a violated requirement of this "
+                "site halts them",
+                excludes=each("allow_text", "editable", why="a permit decides on the mission"),
+            ),
+            AGENTS,
             EDITABLE.but(
                 help="take new versions of the running mission from `bt-mission revise`",
                 needs=each("allow_text", why="a new version comes as text"),

@@ -33,6 +33,7 @@ GROUPS: Mapping[int, str] = {
     11: "Command line",
     12: "XML of BehaviorTree.CPP",
     13: "The editor",
+    14: "Agents",
 }
 """The kinds of mistake, by the hundreds of their codes."""
 

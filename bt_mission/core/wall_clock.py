@@ -1,4 +1,4 @@
-"""The only module that reads the wall clock: pacing of live runs, and the duration of runs."""
+"""The only module that reads the wall clock: pacing and duration of runs, dates of permits."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ class Stopwatch:
     def elapsed_s(self) -> float:
         """Seconds of wall time so far."""
         return time.perf_counter() - self._start
+
+
+def unix_s() -> float:
+    """Return the time of this machine, in seconds since 1970."""
+    return time.time()
 
 
 class Pacer:

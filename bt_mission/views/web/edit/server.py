@@ -18,6 +18,7 @@ from starlette.websockets import WebSocket
 from typing_extensions import override
 
 from bt_mission.core import files
+from bt_mission.core.children import Child
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import FileKind, kind_of
@@ -33,8 +34,8 @@ from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
 from bt_mission.editing.vocabulary import as_json
 from bt_mission.editing.world_patches import SECTIONS, add_thing, move_thing, world_forms
-from bt_mission.views.web.edit.children import Child, relay
 from bt_mission.views.web.edit.marks import boxes, explanation, marks
+from bt_mission.views.web.edit.relay import relay
 from bt_mission.views.web.edit.workspace import ConflictError, EditError, Workspace
 from bt_mission.views.web.gate import FRAMED_HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions

@@ -1,4 +1,4 @@
-"""The processes of a run and of a proof: this program again, with the text of the editor."""
+"""Commands in other processes: this program again."""
 
 from __future__ import annotations
 
@@ -12,15 +12,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
-
-from starlette.websockets import WebSocket, WebSocketDisconnect
-from websockets.asyncio.client import connect
-from websockets.exceptions import WebSocketException
 
 _LINK = re.compile(r"in a browser: (http://\S+)")
 MOST_LINES = 200
-TRY_LATER = 1013
 _END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl: the signal that a process gets when its parent has ended."""
 
@@ -29,11 +23,11 @@ class Child:
     """A command in another process, until it ends or is stopped.
 
     Args:
-        trial: The file that it reads, deleted when it has ended.
+        trial: The file that it reads, deleted when it has ended; None for no such file.
         words: The command and its options.
     """
 
-    def __init__(self, trial: Path, words: Sequence[str]) -> None:
+    def __init__(self, trial: Path | None, words: Sequence[str]) -> None:
         self.lines: list[str] = []
         """Its lines on standard error."""
         self.link = ""
@@ -81,12 +75,15 @@ class Child:
         finally:
             if process.returncode is None:
                 process.kill()
-            self._trial.unlink(missing_ok=True)
+            if self._trial is not None:
+                self._trial.unlink(missing_ok=True)
 
     async def _listen(self, process: asyncio.subprocess.Process) -> None:
         assert process.stderr is not None
         async for line in process.stderr:
-            text = line.decode("utf-8", "replace").rstrip().replace(str(self._trial), "mission")
+            text = line.decode("utf-8", "replace").rstrip()
+            if self._trial is not None:
+                text = text.replace(str(self._trial), "mission")
             link = _LINK.search(text)
             if link:
                 self.link = link[1]
@@ -105,41 +102,3 @@ class Child:
 def _end_with_parent() -> None:
     """Have Linux end this process with its parent, even if that is killed."""
     ctypes.CDLL(None).prctl(_END_WITH_PARENT, signal.SIGKILL)
-
-
-async def relay(page: WebSocket, link: str) -> None:
-    """Connect a page with the WebSocket of a child, until one of them leaves."""
-    await page.accept()
-    address = urlsplit(link)
-    try:
-        async with connect(
-            f"ws://{address.netloc}{address.path}live",
-            origin=f"http://{address.netloc}",
-            max_size=None,
-            compression=None,
-        ) as child:
-            tasks = [
-                asyncio.create_task(_to_child(page, child)),
-                asyncio.create_task(_to_page(page, child)),
-            ]
-            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
-    except (OSError, WebSocketException):
-        pass
-    with suppress(RuntimeError, WebSocketDisconnect):
-        await page.close(TRY_LATER)
-
-
-async def _to_child(page: WebSocket, child: Any) -> None:
-    while True:
-        await child.send(await page.receive_text())
-
-
-async def _to_page(page: WebSocket, child: Any) -> None:
-    async for message in child:
-        if isinstance(message, bytes):
-            await page.send_bytes(message)
-        else:
-            await page.send_text(message)

@@ -1,0 +1,1 @@
+"""A door for agents: they propose missions, collect evidence, and drive with a person's permit."""

@@ -1,0 +1,90 @@
+"""The evidence for a proposal: its check, its proof, and simulated runs of the site."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from bt_mission.agents.folder import AgentFolder, Proposal, digest_of
+from bt_mission.agents.site import Site
+from bt_mission.core.errors import BtMissionError
+
+
+class EvidenceError(BtMissionError):
+    """A proposal without the evidence that an approval needs."""
+
+    code = "BT-1403"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The evidence for one version of a proposal on one version of a site.
+
+    Attributes:
+        proposal: The digest of the proposal.
+        site: The digest of the site.
+        warnings: Of the check.
+        proof: What `prove --json` prints; None without a proof.
+        runs: What `sweep --json` prints of the runs of the site; None without them.
+    """
+
+    proposal: str
+    site: str
+    warnings: tuple[str, ...] = ()
+    proof: dict[str, Any] | None = None
+    runs: dict[str, Any] | None = None
+    is_checked: bool = field(default=True)
+
+    @property
+    def digest(self) -> str:
+        """Changes with each part of it."""
+        return digest_of(asdict(self))
+
+    def lacks(self, site: Site) -> list[str]:
+        """Return what is missing for an approval, as text; empty if it is complete."""
+        return list(self._lacks(site))
+
+    def _lacks(self, site: Site) -> Iterator[str]:
+        if not self.is_checked:
+            yield "no check of this version: call propose"
+        if self.proof is None:
+            yield "no proof of this version: call prove"
+        if self.runs is None:
+            yield f"no simulated runs of this version: call simulate ({site.runs} runs)"
+            return
+        runs = self.runs
+        if runs.get("scenarios") != site.runs or runs.get("errors") != 0:
+            count, errors = runs.get("scenarios", 0), runs.get("errors")
+            yield f"{count} of {site.runs} runs, {errors} with errors"
+        verdicts = runs.get("requirements", {})
+        for each in site.requirements:
+            holds = verdicts.get(each.name, {}).get("holds", 0)
+            if holds != site.runs:
+                yield f"requirement '{each.name}' of the site held in {holds} of {site.runs} runs"
+
+    @property
+    def open_points(self) -> list[str]:
+        """Return what the proof leaves open, for the person who decides."""
+        if self.proof is None:
+            return ["not proved"]
+        points = [str(why) for why in self.proof.get("why_not", ())]
+        return points + [str(each.get("text")) for each in self.proof.get("findings", ())]
+
+
+def evidence_of(folder: AgentFolder, proposal: Proposal, site: Site) -> Evidence:
+    """Return the evidence of exactly this version of a proposal; without any, an empty one."""
+    empty = Evidence(proposal.digest, site.digest, is_checked=False)
+    written = folder.evidence(proposal.name)
+    if written.get("proposal") != empty.proposal or written.get("site") != empty.site:
+        return empty
+    try:
+        return replace(
+            empty,
+            is_checked=written["is_checked"] is True,
+            warnings=tuple(map(str, written["warnings"])),
+            proof=written["proof"],
+            runs=written["runs"],
+        )
+    except (KeyError, TypeError):
+        return empty

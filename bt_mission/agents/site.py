@@ -1,0 +1,214 @@
+"""The file of a site: what the missions of agents may use, and what they must hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from bt_mission.agents.folder import Proposal, digest_of
+from bt_mission.core.actions import declared
+from bt_mission.core.diagnostics import Diagnostic, InputError, in_order, listed, quoted
+from bt_mission.core.files import Kind, find
+from bt_mission.core.nature import Profile
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.yaml.document import Document, read, read_source, read_text
+from bt_mission.language.checks.requirements import KnownNames, diagnostics_of_names
+from bt_mission.language.loader import Examined
+from bt_mission.language.mission import Mission
+from bt_mission.language.node_reader import NodeReader
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.base import NodeModel, Written
+from bt_mission.language.nodes.composites import FinallyNode
+from bt_mission.language.nodes.interfaces import PublishNode, ServiceNode, WaitForNode
+from bt_mission.language.permissions import Permissions
+from bt_mission.language.requirements.formula import Requirement
+from bt_mission.language.requirements.written import Requirements, requirements_of
+from bt_mission.sessions.check import examine
+from sim.world.loader import load_world
+from sim.world.world import World
+
+ALONE = Permissions(
+    folders=(),
+    includes=False,
+    python="refuse",
+    hint="the mission of an agent is one text, without files or Python code",
+)
+
+
+class SiteFile(Written):
+    """The whole file. Times are seconds."""
+
+    site: fields.Line
+    description: str = ""
+    namespace: str = ""
+    robot: fields.Line = "waffle"
+    world: fields.Line
+    nature: Profile = "usual"
+    requirements: Annotated[Requirements, Field(min_length=1)]
+    actions: list[fields.Line] | None = None
+    topics: list[fields.Line] = []
+    seeds: Annotated[int, Field(ge=1, le=1000)] = 20
+    faults: dict[fields.Line, list[str]] = {}
+    limit: Annotated[float, Field(gt=0, le=100_000)] = 600.0
+    expires: Annotated[float, Field(gt=0, le=86_400)] = 600.0
+    approvers: list[fields.Line] = []
+
+
+@dataclass(frozen=True)
+class Site:
+    """A site, read.
+
+    Attributes:
+        requirements: Those that every mission of an agent must hold; a violation halts it.
+        actions: The names of the actions that missions may use.
+        digest: Changes with the file of the site, of its robot or of its world.
+        written: The file.
+    """
+
+    file: Path
+    written: SiteFile
+    world: World
+    requirements: tuple[Requirement, ...]
+    actions: tuple[str, ...]
+    digest: str
+
+    @property
+    def name(self) -> str:
+        """The name of the site."""
+        return self.written.site
+
+    @property
+    def runs(self) -> int:
+        """The number of simulated runs that are evidence."""
+        return self.written.seeds * len(self.plans)
+
+    @property
+    def plans(self) -> dict[str, list[str]]:
+        """The faults of simulated runs, by the names of their plans."""
+        return {"none": [], **self.written.faults}
+
+    def requirements_file(self) -> dict[str, Any]:
+        """Return the requirements as a file has them."""
+        return {
+            "requirements": {
+                each.name: {"formula": each.text, "on_violation": each.on_violation}
+                for each in self.requirements
+            }
+        }
+
+    def examine(self, proposal: Proposal) -> Examined:
+        """Check a proposal as a mission of this site: its robot, its world, its actions.
+
+        Returns:
+            The mission with the requirements of the site, and all warnings; or None, with every
+            error and warning.
+        """
+        try:
+            document = read_text(proposal.text, f"{proposal.name}.yaml")
+        except InputError as error:
+            return None, error.diagnostics
+        mission, diagnostics = examine(
+            document,
+            proposal.inputs,
+            proposal.seed,
+            world=str(self.path("worlds", self.written.world)),
+            robot=str(self.path("robots", self.written.robot)),
+            permissions=replace(ALONE, folders=(self.file.parent.absolute(),)),
+        )
+        refused = (*self._head(document), *(self._nodes(mission) if mission else ()))
+        if mission is None or refused:
+            return None, in_order((*diagnostics, *refused))
+        requirements = (*mission.requirements, *self.requirements)
+        return replace(mission, requirements=requirements), diagnostics
+
+    def path(self, kind: Kind, name: str) -> Path:
+        """Return the file of its robot or world."""
+        return find(kind, name, self.file).absolute()
+
+    def _head(self, document: Document) -> Iterator[Diagnostic]:
+        """Yield what the head of a mission may not decide."""
+        data = document.data if isinstance(document.data, dict) else {}
+        for key, own in (("robot", self.written.robot), ("world", self.written.world)):
+            if key in data and data[key] != own:
+                message = f"the {key} of this site is {quoted(own)}, got {quoted(str(data[key]))}"
+                yield document.diagnostic("BT-1402", (key,), message, "leave the key out")
+        written = data.get("requirements")
+        for name in written if isinstance(written, dict) else ():
+            if any(each.name == name for each in self.requirements):
+                message = f"the requirement {quoted(str(name))} is one of the site"
+                hint = "the site's requirements hold for every mission; choose another name"
+                place = ("requirements", name)
+                yield document.diagnostic("BT-1402", place, message, hint, key=True)
+        if "nodes" in data:
+            message = "a mission of an agent starts no nodes"
+            yield document.diagnostic("BT-1402", ("nodes",), message, key=True)
+
+    def _nodes(self, mission: Mission) -> Iterator[Diagnostic]:
+        """Yield the nodes that the missions of this site may not have."""
+        for tree in mission.all_trees:
+            for follow in tree.follow:
+                if why := self._no_topic(follow.settings.topic):
+                    path = (*tree.path[:-1], "follow")
+                    yield tree.document.diagnostic("BT-1402", path, *why)
+            for node in tree.body.walk():
+                if why := self._refused(node):
+                    yield tree.document.diagnostic("BT-1402", node.path, *why)
+
+    def _refused(self, node: NodeModel) -> tuple[str, str | None] | None:
+        match node:
+            case GoalNode() if node.ros_name not in self.actions:
+                known = listed(self.actions)
+                return f"this site does not offer {node.ros_name} (it offers: {known})", None
+            case WaitForNode():
+                return self._no_topic(node.ros_name)
+            case FinallyNode():
+                return "a mission of an agent has no clean-up, which would run after a halt", None
+            case PublishNode() | ServiceNode():
+                return "a mission of an agent sends goals only: no messages or requests", None
+            case _:
+                return None
+
+    def _no_topic(self, topic: str) -> tuple[str, str | None] | None:
+        if topic in self.written.topics:
+            return None
+        known = listed(self.written.topics)
+        return f"this site does not offer the topic {topic} (it offers: {known})", None
+
+
+def load_site(path: Path) -> Site:
+    """Return the site of a file.
+
+    Raises:
+        InputError: With every error of it.
+    """
+    document = read(path)
+    reader = NodeReader(document)
+    written = reader.written(SiteFile, (), document.data)
+    # Without nodes and variables: those are the mission's, which must not decide on a requirement.
+    names = diagnostics_of_names(document, KnownNames(nodes={}, variables=()))
+    diagnostics = [*reader.diagnostics, *names]
+    known = tuple(sorted(declared()))
+    actions = written.actions if written is not None else None
+    for number, name in enumerate(actions or ()):
+        if name not in known:
+            message = f"unknown action {quoted(name)} (known: {listed(known)})"
+            diagnostics.append(document.diagnostic("BT-110", ("actions", number), message))
+    if written is None or diagnostics:
+        raise InputError(in_order(diagnostics))
+    load_robot(written.robot, near=path)
+    beside = [find("robots", written.robot, path), find("worlds", written.world, path)]
+    return Site(
+        file=path,
+        written=written,
+        world=load_world(written.world, near=path),
+        requirements=tuple(
+            replace(each, on_violation="halt") for each in requirements_of(written.requirements)
+        ),
+        actions=known if actions is None else tuple(actions),
+        digest=digest_of([document.text, *map(read_source, beside)]),
+    )

@@ -1,0 +1,66 @@
+"""How clients reach the server of agents: standard input and output, or HTTP on this machine."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from typing import Any
+
+from mcp.server.mcpserver import MCPServer
+from mcp.server.transport_security import TransportSecuritySettings
+
+from bt_mission.agents.server import LONGEST_CALL
+from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
+from bt_mission.views.web.gate import Gate
+
+LOOPBACK = "127.0.0.1"
+PATH = "/mcp"
+MOST_SESSIONS = 16
+_FRAMES = FrameRate(long_run_s=1.0, most=1)
+"""There are no WebSockets."""
+
+
+async def serve_stdio(server: MCPServer[Any], beside: Coroutine[Any, Any, None]) -> None:
+    """Serve the client that has started this process, until it closes the input."""
+    await _beside(server.run_stdio_async(), beside)
+
+
+async def serve_http(
+    server: MCPServer[Any], port: int, say: Callable[[str], None], beside: Coroutine[Any, Any, None]
+) -> None:
+    """Serve Streamable HTTP to clients of this machine that know the link.
+
+    Raises:
+        BtMissionError: The port is in use.
+    """
+    listener = listening_socket(LOOPBACK, port)
+    token = secrets.token_urlsafe(16)
+    app = server.streamable_http_app(
+        streamable_http_path=PATH,
+        max_request_body_size=4 * LONGEST_CALL,
+        max_sessions=MOST_SESSIONS,
+        # The gate below checks the names by which clients call the server, and its token.
+        transport_security=TransportSecuritySettings(enable_dns_rebinding_protection=False),
+    )
+    connections = Connections()
+    gate = Gate(app, token, LOOPBACK, connections.admitted)
+    guarded = GuardedServer(gate, connections, _FRAMES, most_bytes=1)
+    say(f"for agents: http://{LOOPBACK}:{listener.getsockname()[1]}/{token}{PATH}")
+    async with server.session_manager.run():
+        await _beside(guarded.serve([listener]), beside)
+
+
+async def _beside(main: Coroutine[Any, Any, None], other: Coroutine[Any, Any, None]) -> None:
+    """Run two coroutines until the first ends; an exception of either is raised."""
+    tasks = [asyncio.create_task(main), asyncio.create_task(other)]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task

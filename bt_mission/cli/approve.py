@@ -1,0 +1,110 @@
+"""``bt-mission approve``: a person permits one drive of a proposal."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
+from bt_mission.cli.mcp import AGENTS, site_of, site_option
+from bt_mission.cli.parser import Command, Option, each
+
+KEY = Path("~/.config/bt-mission/approve.pem")
+
+EPILOG = """\
+examples:
+  bt-mission approve --new-key                     once; prints the line for the site's file
+  bt-mission approve --site site.yaml              list the proposals
+  bt-mission approve tour --site site.yaml         show one, and ask
+
+exit codes: 0 approved, listed, or a key was made; 1 not approved; 2 bad input
+"""
+
+
+def approve(options: argparse.Namespace) -> int:
+    """Show a proposal, ask, and sign; return the exit code."""
+    key: Path = options.key.expanduser()
+    if options.new_key:
+        return _make_key(key)
+    if options.proposal is None:
+        return _list(options)
+    from bt_mission.agents.call_log import verified
+    from bt_mission.agents.evidence import EvidenceError, evidence_of
+    from bt_mission.agents.permits import ApprovalError, grant, has_passphrase, read_key
+    from bt_mission.agents.shown import shown
+
+    site, folder = site_of(options)
+    proposal = folder.proposal(options.proposal)
+    evidence = evidence_of(folder, proposal, site)
+    for line in shown(folder, site, proposal, evidence, sys.stdout.encoding):
+        print(line)
+    count, _ = verified(folder.log)
+    print(f"\nthe log of calls is whole: {count:,} calls")
+    if missing := evidence.lacks(site):
+        raise EvidenceError("; ".join(missing))
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise ApprovalError("approve asks a person: run it in a terminal")
+    expires = f"within {site.written.expires:g} s, once"
+    answer = input(f"\nType the name of the proposal to let it drive {expires}: ")
+    if answer.strip() != proposal.name:
+        print("not approved")
+        return MISSION_FAILED
+    passphrase = _ask("passphrase of the key: ") if has_passphrase(key) else ""
+    grant(folder, site, proposal, evidence, read_key(key, passphrase))
+    print(f"approved: '{proposal.name}' may drive {expires}")
+    return SUCCESS
+
+
+def _list(options: argparse.Namespace) -> int:
+    from bt_mission.agents.evidence import evidence_of
+
+    site, folder = site_of(options)
+    for name in folder.names():
+        missing = evidence_of(folder, folder.proposal(name), site).lacks(site)
+        print(f"{name}: {'; '.join(missing) or 'can be approved'}")
+    if not folder.names():
+        print(f"no proposals in {folder.root}")
+    return SUCCESS
+
+
+def _make_key(path: Path) -> int:
+    from bt_mission.agents.permits import ApprovalError, new_key
+
+    passphrase = ""
+    if sys.stdin.isatty():
+        passphrase = _ask("passphrase of the new key (empty: none): ")
+        if passphrase != _ask("again: "):
+            raise ApprovalError("the passphrases differ")
+    print(f'approvers: ["{new_key(path, passphrase)}"]')
+    print(f"{path}: the key; the line above belongs into the site's file", file=sys.stderr)
+    return SUCCESS
+
+
+def _ask(prompt: str) -> str:
+    from getpass import getpass
+
+    return getpass(prompt)
+
+
+COMMANDS = {
+    "approve": Command(
+        approve,
+        "Shows a proposal of an agent: the mission, its changes since the last approval, the "
+        "evidence, and the map of the worst simulated run. After a person has typed its name, "
+        "writes a permit. The permit serves for one drive, expires, and is void as soon as the "
+        "mission, its inputs, the site, its robot or world, or the evidence changes.",
+        (
+            Option("proposal", "the name of a proposal (default: list them)", nargs="?"),
+            site_option("bt-mission approve"),
+            AGENTS,
+            Option("--key FILE", f"the private key of the person (default: {KEY})", Path, KEY),
+            Option(
+                "--new-key",
+                "make a key with an optional passphrase, and print its public part",
+                excludes=each("site"),
+            ),
+        ),
+        EPILOG,
+    )
+}

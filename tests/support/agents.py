@@ -1,0 +1,159 @@
+"""A site of agents: its file, missions, the server that obeys permits, and scripted commands."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeVar
+
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from mcp.client import Client
+from mcp.shared.exceptions import MCPError
+
+from bt_mission.agents.door import Door
+from bt_mission.agents.evidence import evidence_of
+from bt_mission.agents.folder import AgentFolder
+from bt_mission.agents.jobs import WAIT_S, CommandEnd
+from bt_mission.agents.permits import Permit, grant
+from bt_mission.agents.permitted import PERMIT, PermittedMissions
+from bt_mission.agents.server import agent_server
+from bt_mission.agents.site import Site, load_site
+from bt_mission.core.errors import BtMissionError
+
+SITE = """\
+site: lab
+robot: burger
+world: arena.yaml
+requirements:
+  keeps clear: always clearance > 0.05
+  is slow: always speed < 0.3
+seeds: 2
+"""
+TURN = """\
+mission: look
+tree:
+  turn: {angle: 90}
+  timeout: 20
+"""
+HOLDS = {"violated": 0, "open": 0, "unknown": 0, "least_margin": 0.2, "unit": "m"}
+RUNS = {
+    "scenarios": 2,
+    "succeeded": 2,
+    "failed": 0,
+    "errors": 0,
+    "requirements": {name: {"holds": 2, **HOLDS} for name in ("keeps clear", "is slow")},
+}
+PROOF = {"findings": [], "why_not": [], "exhaustive": True, "proved": ["ends"]}
+T = TypeVar("T")
+
+
+@dataclass
+class Robot:
+    """A robot whose server obeys permits, as `serve --site` does; it counts what it drives."""
+
+    missions: PermittedMissions
+    driven: list[Any]
+    stops: int = 0
+    feedback: str = ""
+
+    def status(self) -> dict[str, Any]:
+        return {"state": self.feedback}
+
+    async def drive(self, proposal: str) -> dict[str, Any]:
+        return self.send(f"{PERMIT}{proposal}")
+
+    def send(self, path: str = "", **fields: Any) -> dict[str, Any]:
+        """Send a goal, as any node of the graph may."""
+        goal = SimpleNamespace(**{"path": path, "text": "", "inputs": [], "seed": -1, **fields})
+        try:
+            self.driven.append(self.missions.load(goal))
+        except BtMissionError as error:
+            return {"is_driving": False, "why": error.headline}
+        return {"is_driving": True, "why": ""}
+
+    async def stop(self) -> dict[str, Any]:
+        self.stops += 1
+        return {"is_stopped": True, "why": ""}
+
+
+class Played:
+    """A site with its door, robot and person; commands answer at once.
+
+    Args:
+        root: The folder of the site's file.
+        key: That of the person.
+    """
+
+    def __init__(self, root: Path, key: Ed25519PrivateKey) -> None:
+        self.root, self.key = root, key
+        self.folder = AgentFolder(root / "agents")
+        self.answers: dict[str, Any] = {"prove": PROOF, "sweep": RUNS}
+        self.commands: list[Sequence[str]] = []
+        self.driven: list[Any] = []
+        """The missions that were started, also before a restart."""
+        self.seconds = 0.0
+        """The time of the limits of calls."""
+        self.clock_s = 0.0
+        """How far the clock of the machine was set forward."""
+        self._start(WAIT_S)
+
+    def read_site(self) -> Site:
+        """Read the file of the site."""
+        return load_site(self.root / "site.yaml")
+
+    def restart(self, wait_s: float = WAIT_S) -> None:
+        """Start the server of agents and that of the robot again."""
+        self.door.log.close()
+        self._start(wait_s)
+
+    def _start(self, wait_s: float) -> None:
+        self.site = self.read_site()
+        self.robot = Robot(PermittedMissions(site=self.site, folder=self.folder), self.driven)
+        self.door = Door(self.site, self.folder, self.robot, self.command, wait_s)
+
+    async def command(self, words: Sequence[str]) -> CommandEnd:
+        """Answer a command at once."""
+        self.commands.append(words)
+        return CommandEnd(self.answers[words[0]], ["a line"])
+
+    def talk(self, act: Callable[[Client], Awaitable[T]]) -> T:
+        """Connect a client of the SDK, and let it act."""
+
+        async def session() -> T:
+            async with Client(agent_server(self.door, lambda: self.seconds)) as client:
+                return await act(client)
+
+        return asyncio.run(session())
+
+    def call(self, tool: str, **arguments: Any) -> Any:
+        """Call one tool; return its answer, or the text of the refusal."""
+
+        async def act(client: Client) -> Any:
+            try:
+                result = await client.call_tool(tool, arguments)
+            except MCPError as error:
+                return str(error)
+            return result.content[0].text if result.is_error else result.structured_content
+
+        self.seconds += 1.0
+        return self.talk(act)
+
+    def prepare(self, name: str = "look", text: str = TURN, **more: Any) -> None:
+        """Propose a mission and collect its evidence."""
+
+        async def act(client: Client) -> None:
+            await client.call_tool("propose", {"name": name, "text": text, **more})
+            await client.call_tool("prove", {"name": name})
+            await client.call_tool("simulate", {"name": name})
+
+        self.talk(act)
+        self.seconds += 1.0
+
+    def approve(self, name: str = "look") -> Permit:
+        """Sign what is there now, as a person who has looked at it."""
+        proposal = self.folder.proposal(name)
+        evidence = evidence_of(self.folder, proposal, self.site)
+        return grant(self.folder, self.site, proposal, evidence, self.key)
