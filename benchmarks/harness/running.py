@@ -10,7 +10,7 @@ import statistics
 import sys
 import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from benchmarks.harness.catalogue import Benchmark
 from benchmarks.harness.tree import Tree
 from benchmarks.measuring import FIGURES_FILE, NOT_SOUND
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.testing.live_graph import own_domain
 
 AGAINST_ROUNDS = 5
 """Rounds of a comparison: each is a process of both commits."""
@@ -25,8 +26,6 @@ SMOKE_LIMIT_S = 300.0
 """Wall time after which a process of the smoke has failed; in CI tests run beside it."""
 LAST_LINES = 12
 """Lines of output that are shown of a failed process."""
-DOMAINS = 102
-"""DDS domain ids below the ephemeral ports of Linux."""
 
 
 class FailedError(Exception):
@@ -91,7 +90,6 @@ class Runner:
     def __init__(self, plan: Plan, benchmarks: Sequence[Benchmark]) -> None:
         self._plan = plan
         self._benchmarks = benchmarks
-        self._slots = list(range(plan.jobs))
         self.done: list[Measurement] = []
 
     async def run(self) -> None:
@@ -100,17 +98,14 @@ class Runner:
 
         async def run_in_slot(benchmark: Benchmark) -> None:
             async with free:
-                slot = self._slots.pop(0)
-                try:
-                    await self._run_benchmark(benchmark, slot)
-                finally:
-                    self._slots.append(slot)
+                with own_domain() if self._plan.jobs > 1 else nullcontext() as domain:
+                    await self._run_benchmark(benchmark, domain)
 
         async with asyncio.TaskGroup() as group:
             for each in self._benchmarks:
                 group.create_task(run_in_slot(each))
 
-    async def _run_benchmark(self, benchmark: Benchmark, slot: int) -> None:
+    async def _run_benchmark(self, benchmark: Benchmark, domain: int | None) -> None:
         measurement, watch = Measurement(benchmark), Stopwatch()
         if self._plan.jobs == 1:
             both = " of both commits" if self._plan.old else ""
@@ -118,7 +113,7 @@ class Runner:
             self._report(f"{benchmark.name}: rounds{both}: {rounds}; usually {benchmark.takes}")
         try:
             if self._plan.old is None:
-                await self._measure(measurement, slot)
+                await self._measure(measurement, domain)
             else:
                 await self._compare(measurement, self._plan.old)
         except FailedError as error:
@@ -136,10 +131,10 @@ class Runner:
     def _report(self, text: str) -> None:
         print(f"[{len(self.done)} of {len(self._benchmarks)}] {text}", file=sys.stderr, flush=True)
 
-    async def _measure(self, into: Measurement, slot: int) -> None:
+    async def _measure(self, into: Measurement, domain: int | None) -> None:
         plan, benchmark = self._plan, into.benchmark
         try:
-            into.add(await self._round(benchmark, plan.new, slot=slot))
+            into.add(await self._round(benchmark, plan.new, domain=domain))
         except NotSoundError as error:
             if not plan.smoke:
                 raise
@@ -183,7 +178,7 @@ class Runner:
         *,
         rounds: int = 0,
         scripts: Path | None = None,
-        slot: int = 0,
+        domain: int | None = None,
     ) -> dict[str, Figure]:
         """Start the processes of a benchmark one after another. Return their figures.
 
@@ -195,7 +190,7 @@ class Runner:
             folder = Path(name)
             file, is_quiet = folder / "figures.jsonl", plan.smoke or plan.old is not None
             output = folder / "output" if is_quiet else None
-            environment = _environment(tree, slot) | {FIGURES_FILE: str(file)}
+            environment = _environment(tree, domain) | {FIGURES_FILE: str(file)}
             rounds = rounds or plan.rounds_of(benchmark)
             for script, *arguments in benchmark.commands(rounds, folder, smoke=plan.smoke):
                 command = [str((scripts or plan.new.root) / script), *arguments]
@@ -212,12 +207,11 @@ class Runner:
             return read_figures(file, tree.root)
 
 
-def _environment(tree: Tree, slot: int) -> dict[str, str]:
+def _environment(tree: Tree, domain: int | None) -> dict[str, str]:
     variables = tree.environment() | {"PYTHONUNBUFFERED": "1"}
     variables.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    if slot:  # of those that run at the same time, each has its own ROS domain
-        domain = int(variables.get("ROS_DOMAIN_ID") or 0) + slot
-        variables["ROS_DOMAIN_ID"] = str(domain % DOMAINS)
+    if domain is not None:  # of those that run at the same time, each has its own ROS domain
+        variables["ROS_DOMAIN_ID"] = str(domain)
     return variables
 
 
