@@ -22,9 +22,9 @@ What is done is in the folder, so a campaign that was ended continues.
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import statistics
-import subprocess
 import sys
 from collections import Counter
 from itertools import count
@@ -42,6 +42,7 @@ from bt_mission.faults.planned import AtTime, PlannedFault
 from bt_mission.faults.values import planned_fault
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
+from bt_mission.reproducing.session import ReproduceOptions, reproduce
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.runner import silence_logs
@@ -256,16 +257,13 @@ def is_good(n: int, folder: Path, known: dict[str, bool]) -> bool:
 def judge(n: int, folder: Path, site: Path, budget: int) -> dict[str, Any]:
     """Reproduce run N; return the comparison with its truth."""
     truth = json.loads((folder / f"{n}.json").read_text(encoding="utf-8"))
-    command = [
-        *(sys.executable, "-m", "bt_mission", "reproduce", str(folder / f"{n}.mcap"), "--json"),
-        *("--require", str(site), "-o", str(folder / f"case{n}"), "--force"),
-        *("--budget", str(budget)),
-    ]
-    command += [word for name in truth["violated"] for word in ("--violated", name)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - ours
-    if done.returncode not in (0, 1) or not done.stdout:
-        return {**truth, "error": done.stderr.strip()[-600:]}
-    got = json.loads(done.stdout)
+    options = ReproduceOptions(requirements=[site], violated=truth["violated"], budget=budget)
+    try:
+        got = reproduce([folder / f"{n}.mcap"], folder / f"case{n}", options).as_dict()
+    except Exception as error:  # noqa: BLE001 - one run must not end the campaign
+        return {**truth, "error": f"{type(error).__name__}: {error}"[-600:]}
+    finally:
+        gc.collect()
     named = {fault["name"] for fault in got["faults"]}
     violated = truth["violated"]
     simulated = got["verdict_simulated"]
@@ -309,7 +307,7 @@ def main() -> None:
             results.append(result)
             lines.write(json.dumps(result) + "\n")
             lines.flush()
-            print(json.dumps(result), flush=True)
+            print(n, result.get("error", ""), result.get("again"), result.get("mean"), flush=True)
     _tell(results)
 
 
@@ -319,7 +317,8 @@ def _made(folder: Path, first: int, wanted: int) -> list[int]:
     prepare_middleware()
     silence_logs()
     runs: list[int] = []
-    known: dict[str, bool] = {}
+    plain = folder / "plain.json"
+    known: dict[str, bool] = json.loads(plain.read_text()) if plain.exists() else {}
     for n in count(first):
         if len(runs) == wanted or n > MOST_TRIES:
             return runs
@@ -329,6 +328,7 @@ def _made(folder: Path, first: int, wanted: int) -> list[int]:
                 file.write(f"{n}\n")
         if (folder / f"{n}.json").exists() and is_good(n, folder, known):
             runs.append(n)
+        plain.write_text(json.dumps(known), encoding="utf-8")
     return runs
 
 

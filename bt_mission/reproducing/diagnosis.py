@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ from bt_mission.reproducing.surroundings import Surroundings, surroundings
 
 DECEIVED = ("lidar_frozen", "lidar_dead", "lidar_bias", "lidar_noise", "odometry_dead")
 """Faults during which scans, or the poses to which they belong, are not to be trusted."""
+LOST = ("odometry_dead", "drop")
+"""Faults during which scans cannot be compared with the world."""
 MOST_FAULTS = 40
 
 
@@ -42,7 +45,8 @@ def diagnose(evidence: Evidence, robot: RobotModel) -> Diagnosis:
     if seen and around.is_mapped:
         around = surroundings(evidence, robot, _doubtful([*found, *seen], evidence))
         seen = list(sight_faults(evidence, around))
-    found += seen
+    lost = [each for each in found if each.name in LOST]
+    found += [each for each in seen if not any(_overlap(each, other) for other in lost)]
     found += motion_faults(evidence, robot, found)
     found += goal_faults(evidence, found)
     things = visitors(evidence, around, _doubtful(found, evidence))
@@ -50,6 +54,11 @@ def diagnose(evidence: Evidence, robot: RobotModel) -> Diagnosis:
     found = [each for each in found if each.start <= evidence.end_s]
     found.sort(key=lambda each: each.start)
     return Diagnosis(found[:MOST_FAULTS], around, things)
+
+
+def _overlap(a: FoundFault, b: FoundFault) -> bool:
+    """Return whether one fault begins while another lasts."""
+    return b.start - 0.3 <= a.start <= (math.inf if b.end is None else b.end + 0.3)
 
 
 def _doubtful(found: Sequence[FoundFault], evidence: Evidence) -> list[tuple[float, float]]:

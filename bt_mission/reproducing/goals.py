@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -102,9 +103,7 @@ class GoalTraces:
         """Take a message between a client and a server."""
         match happening.part:
             case "feedback":
-                self._types.setdefault(
-                    happening.action, action_of(happening.channel.type_name) or ""
-                )
+                self._types.setdefault(happening.action, _by_feedback(happening))
                 self._take_feedback(time_ns, happening)
             case "status":
                 for entry in happening.message.status_list:
@@ -150,7 +149,7 @@ class GoalTraces:
             goal = self._goal(request.goal_id, happening.action)
             if goal is None:
                 continue
-            goal.type_name = action_of(happening.channel.type_name) or ""
+            goal.type_name = action_of(happening.channel.type_name)
             self._types[goal.action] = goal.type_name
             goal.values = request.goal
             if goal.sent_ns is None:
@@ -188,6 +187,12 @@ class GoalTraces:
         if key not in self._goals and len(self._goals) >= MOST_GOALS:
             return None
         return self._goals.setdefault(key, GoalTrace(key, action))
+
+
+def _by_feedback(happening: GoalMessage) -> str:
+    """Return the action of a feedback topic, by the name of its type."""
+    name = happening.channel.type_name.replace("/msg/", "/action/")
+    return re.sub("_?FeedbackMessage$", "", name)
 
 
 def _is_timed(goal: GoalTrace) -> bool:

@@ -24,6 +24,7 @@ PAUSE_S = 0.12
 WAY_M = 0.15
 """A path without goals becomes waypoints from which it is not farther away."""
 NEAREST_M = 0.4
+USUAL_GAP_M = 0.3
 
 
 def mission_data(name: str, evidence: Evidence, robot: str) -> dict[str, Any]:
@@ -88,27 +89,46 @@ def _end(evidence: Evidence, goal: GoalTrace) -> float:
 def _node(
     evidence: Evidence, goal: GoalTrace, names: dict[str, int], *, is_last: bool
 ) -> dict[str, Any]:
-    short = next(
-        (
-            kind
-            for kind, known in ACTION_NAMES.items()
-            if known.name.strip("/") == goal.action.strip("/") and known.type == goal.type_name
-        ),
-        None,
-    )
+    kind = _kind(goal)
     names[goal.action] = names.get(goal.action, 0) + 1
-    values = _values(goal.values) if goal.is_introspected else _guessed(evidence, goal)
-    node: dict[str, Any]
-    if short is not None:
-        node = {short: values}
-    else:
-        node = {"action": {"name": goal.action, "type": goal.type_name, "goal": values}}
-    node["name"] = f"{short or goal.action.strip('/')} {names[goal.action]}"
+    name = f"{kind or goal.action.strip('/')} {names[goal.action]}"
     limit, is_canceled = _limit(evidence, goal)
-    node["timeout"] = limit
+    values = _values(goal.values) if goal.is_introspected else _guessed(evidence, goal, kind)
+    if kind and values is not None:
+        node = {kind: values, "name": name, "timeout": limit}
+    else:
+        node = _instead(evidence, goal, name)
     if (is_canceled or goal.outcome != SUCCEEDED) and not is_last:
         return {"force": "success", "do": node}
     return node
+
+
+def _kind(goal: GoalTrace) -> str:
+    """Return the kind of node of an action, whatever its namespace; empty if it has none."""
+    last = goal.action.rpartition("/")[2]
+    return next(
+        (
+            kind
+            for kind, known in ACTION_NAMES.items()
+            if known.name.strip("/") == last and known.type == goal.type_name
+        ),
+        "",
+    )
+
+
+def _instead(evidence: Evidence, goal: GoalTrace, name: str) -> dict[str, Any]:
+    """Return the path during a goal that the stage has no server for, or else its time."""
+    begin, end = evidence.since_start(goal.start_ns), _end(evidence, goal)
+    poses = way_between(evidence, begin, end)
+    if len(poses) == 1 and math.dist(poses[0][:2], _place(evidence, begin)) < WAY_M:
+        return {"wait": round(max(end - begin, 0.05), 2), "name": name}
+    timeout = round(max(SHORTEST_LIMIT_S, LONGER * (end - begin)), 1)
+    return {"navigate_through_poses": {"poses": poses}, "name": name, "timeout": timeout}
+
+
+def _place(evidence: Evidence, time_s: float) -> tuple[float, float]:
+    pose = evidence.track.pose(time_s)
+    return pose.x, pose.y
 
 
 def _limit(evidence: Evidence, goal: GoalTrace) -> tuple[float, bool]:
@@ -118,16 +138,43 @@ def _limit(evidence: Evidence, goal: GoalTrace) -> tuple[float, bool]:
     canceled = evidence.since_start(goal.cancels[0].asked_ns) if goal.cancels else math.inf
     if goal.cancels and goal.is_answered and (died is None or died > canceled - 0.3):
         return max(round((goal.cancels[0].asked_ns - begin) / 1e9, 2), 0.05), True
+    if not goal.is_introspected and goal.outcome == "canceled":
+        return max(round(_end(evidence, goal) - evidence.since_start(begin), 2), 0.05), True
     took = _end(evidence, goal) - evidence.since_start(begin)
     return round(max(SHORTEST_LIMIT_S, LONGER * took), 1), False
 
 
-def _guessed(evidence: Evidence, goal: GoalTrace) -> dict[str, Any]:
-    """Return the goal of navigation where the recording has none: the end of its plan or path."""
+def _guessed(evidence: Evidence, goal: GoalTrace, kind: str) -> dict[str, Any] | None:
+    """Return a goal that the recording does not have, by what the robot did; None if unknown."""
     begin, end = evidence.since_start(goal.start_ns), _end(evidence, goal)
-    ends = [pose for time, pose in evidence.plan_ends if begin - 0.5 <= time <= end]
-    pose = ends[-1] if ends else evidence.track.pose(end)
-    return {"pose": [round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.yaw), 1)]}
+    first, last = evidence.track.pose(begin), evidence.track.pose(end)
+    turned = float(np.diff(evidence.track.at(np.array([begin, end]))[2])[0])
+    driven = round(math.dist((first.x, first.y), (last.x, last.y)), 3)
+    table = evidence.odometry
+    speeds = np.abs(table[(table[:, 0] >= begin) & (table[:, 0] <= end), 4])
+    speed = max(round(float(np.percentile(speeds, 80)), 3) if len(speeds) else 0.1, 0.02)
+    ends = [
+        [round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.yaw), 1)]
+        for time, pose in evidence.plan_ends
+        if begin - 0.5 <= time <= end
+    ]
+    if not ends and kind in ("navigate_through_poses", "follow_waypoints"):
+        return None
+    ends = ends or [[round(last.x, 3), round(last.y, 3), round(math.degrees(last.yaw), 1)]]
+    match kind:
+        case "navigate_to_pose":
+            return {"pose": ends[-1]}
+        case "navigate_through_poses" | "follow_waypoints":
+            return {"poses": ends}
+        case "turn":
+            return {"angle": round(math.degrees(turned), 1)}
+        case "spin":
+            return {"target_yaw": round(turned, 3)}
+        case "explore_forward":
+            return {"fwd_velocity": speed, "stopping_distance": USUAL_GAP_M}
+        case "drive_on_heading" | "back_up":
+            return {"target": {"x": driven}, "speed": speed}
+    return None
 
 
 def _values(message: Mapping[str, Any]) -> dict[str, Any]:
@@ -166,23 +213,28 @@ def _pose(message: DecodedMessage) -> list[float] | None:
 
 def _way(evidence: Evidence) -> list[dict[str, Any]]:
     """Return waypoints along the path of a run that has no goals."""
-    track = evidence.track
-    points = np.column_stack((track.x, track.y)).astype(np.float32)
-    corners: Any = cv2.approxPolyDP(points[:, None], WAY_M, closed=False)
-    end = track.pose(evidence.end_s)
-    poses: list[list[float]] = []
-    for (x, y), (next_x, next_y) in pairwise(corners[:, 0].tolist()):
-        yaw = math.degrees(math.atan2(next_y - y, next_x - x))
-        if poses:
-            poses[-1][2] = round(yaw, 1)
-        if not poses or math.dist(poses[-1][:2], (next_x, next_y)) > NEAREST_M:
-            poses.append([round(next_x, 3), round(next_y, 3), 0.0])
-    last = [round(end.x, 3), round(end.y, 3), round(math.degrees(end.yaw), 1)]
-    poses = [*(pose for pose in poses if math.dist(pose[:2], last[:2]) > WAY_M), last]
     return [
         {
-            "navigate_through_poses": {"poses": poses},
+            "navigate_through_poses": {"poses": way_between(evidence, 0.0, evidence.end_s)},
             "name": "the way",
             "timeout": round(max(SHORTEST_LIMIT_S, LONGER * evidence.end_s), 1),
         }
     ]
+
+
+def way_between(evidence: Evidence, begin: float, end: float) -> list[list[float]]:
+    """Return poses from which the path between two times is not far away; the last is its end."""
+    track = evidence.track
+    inside = (track.times >= begin) & (track.times <= end)
+    points = np.column_stack((track.x[inside], track.y[inside])).astype(np.float32)
+    corners: Any = cv2.approxPolyDP(points[:, None], WAY_M, closed=False) if len(points) else []
+    poses: list[list[float]] = []
+    places = [(float(x), float(y)) for ((x, y),) in corners]
+    for (x, y), (next_x, next_y) in pairwise(places):
+        if poses:
+            poses[-1][2] = round(math.degrees(math.atan2(next_y - y, next_x - x)), 1)
+        if not poses or math.dist(poses[-1][:2], (next_x, next_y)) > NEAREST_M:
+            poses.append([round(next_x, 3), round(next_y, 3), 0.0])
+    pose = track.pose(end)
+    last = [round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.yaw), 1)]
+    return [*(each for each in poses if math.dist(each[:2], last[:2]) > WAY_M), last]

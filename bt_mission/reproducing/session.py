@@ -46,6 +46,7 @@ from bt_mission.reproducing.joined import (
     renamed,
     required,
 )
+from bt_mission.reproducing.matching import matched
 from bt_mission.reproducing.mission import mission_data
 from bt_mission.reproducing.picture import picture
 from bt_mission.reproducing.surroundings import Surroundings, pose_data, world_data
@@ -173,6 +174,7 @@ def _read(path: Path, shown: Path, options: ReproduceOptions) -> _Recorded:
     refuse_jumps(shown, reader.largest_back_ns, max(file.last_ns - first_ns, 0))
     evidence = reader.evidence(shown, start_ns)
     required(shown, evidence.counts, tracks=len(evidence.track))
+    evidence = matched(evidence)
     name = options.robot or facts.texts.get("robot") or "waffle"
     try:
         robot = load_robot(find("robots", name))
@@ -189,7 +191,7 @@ def _read(path: Path, shown: Path, options: ReproduceOptions) -> _Recorded:
     if evidence.ignored:
         notes.append(f"other robots are left out: {', '.join(evidence.ignored[:4])}")
     if not evidence.is_localised:
-        notes.append("nothing places the robot on a map: poses are those of odometry")
+        notes.append("nothing places the robot on a map: poses follow from odometry and scans")
     return _Recorded(path, file, evidence, run, robot, name, notes)
 
 

@@ -28,7 +28,7 @@ CLUSTER_M = 0.16
 LEAST_POINTS = 3
 FOLLOWED_M = 0.4
 LEAST_SEEN_S = 0.4
-MOVES_M = 0.3
+MOVES_M = 0.4
 MOST_OBSTACLES = 4
 THICKNESS_M = 0.1
 """Of a thing of which one side was seen only."""
@@ -315,6 +315,11 @@ class Visitor:
     was_there: bool
     points: Floats
 
+    @property
+    def moves(self) -> bool:
+        """Whether it moves."""
+        return len(self.places) > 1
+
 
 def visitors(
     evidence: Evidence, around: Surroundings, doubtful: Sequence[tuple[float, float]]
@@ -336,7 +341,12 @@ def visitors(
         if len(track.times) >= LEAST_SCANS and track.times[-1] - track.times[0] >= LEAST_SEEN_S
     ]
     seen.sort(key=lambda track: track.times[0] - track.times[-1])
-    return [_visitor(evidence, track) for track in seen[:MOST_OBSTACLES]]
+    several = [_visitor(evidence, track) for track in seen[: 4 * MOST_OBSTACLES]]
+    # A map of the same scans has what stood there from the start, so the rest is blur.
+    plausible = [
+        each for each in several if not (around.is_mapped and each.was_there and not each.moves)
+    ]
+    return plausible[:MOST_OBSTACLES]
 
 
 def _clusters(points: Floats, rays: npt.NDArray[np.intp]) -> Iterator[Floats]:
@@ -372,6 +382,7 @@ def _follow(tracks: list[_Track], now: float, cluster: Floats, viewer: tuple[flo
 
 def _visitor(evidence: Evidence, track: _Track) -> Visitor:
     places = np.array(track.places)
+    places = _smoothed(np.array(track.times), places)
     moves = float(np.hypot(*(places.max(axis=0) - places.min(axis=0)))) > MOVES_M
     points = track.points[len(track.points) // 2] if moves else np.vstack(track.points)
     disc = fit_disc(points) if len(points) >= 6 else None
@@ -386,13 +397,20 @@ def _visitor(evidence: Evidence, track: _Track) -> Visitor:
     end = None if stays else _vanishes(evidence, track, (x, y))
     route = (
         [
-            (track.times[number], *track.places[number])
+            (track.times[number], float(places[number, 0]), float(places[number, 1]))
             for number in range(0, len(track.times), max(1, len(track.times) // 12))
         ]
         if moves
         else [(start, x, y)]
     )
     return Visitor(start, end, x, y, radius, size, yaw, route, was_there, np.vstack(track.points))
+
+
+def _smoothed(times: Floats, places: Floats) -> Floats:
+    """Return the medians of places within half a second: single clusters jump."""
+    return np.array(
+        [np.median(places[np.abs(times - time) <= 0.5], axis=0) for time in times], np.float64
+    )
 
 
 def _box(points: Floats, viewer: Floats) -> tuple[float, float, tuple[float, float], float]:
@@ -447,7 +465,7 @@ def visitor_faults(seen: Sequence[Visitor]) -> Iterator[FoundFault]:
     for number, visitor in enumerate(seen, 1):
         name = f"thing {number}"
         at = (round(visitor.places[0][1], 3), round(visitor.places[0][2], 3))
-        if len(visitor.places) == 1:
+        if not visitor.moves:
             at = (round(visitor.x, 3), round(visitor.y, 3))
         start = 0.05 if visitor.was_there else visitor.start
         lasting = None if visitor.end is None else visitor.end - start

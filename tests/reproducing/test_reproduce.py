@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,7 +19,8 @@ from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.reproducing.diagnosis import diagnose
-from bt_mission.reproducing.evidence import EvidenceReader
+from bt_mission.reproducing.evidence import EvidenceReader, Path2D
+from bt_mission.reproducing.matching import matched
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.sweeps.work import record_scenario
 from tests.support.robot_bag import RobotBag
@@ -36,11 +39,11 @@ DRIVE = {
 ROBOT = {"/scan", "/odom", "/tf", "/tf_static", "/cmd_vel", "/joint_states", "/battery_state"}
 
 
-def recorded(folder: Path, *faults: str, mission: dict[str, Any] | None = None) -> Path:
+def recorded(folder: Path, *faults: str) -> Path:
     """Record a run with faults; return the file with the topics of a robot alone."""
     data = {
         "scenario": "recorded",
-        "mission": mission or DRIVE,
+        "mission": DRIVE,
         "faults": list(faults),
         "expect": {"outcome": "any", "orphaned_goals": "any"},
     }
@@ -138,3 +141,72 @@ def test_a_recording_without_what_is_needed_is_refused(
     words = ["--topic", "scan:=/front/scan", "-o", str(tmp_path / "case")]
     assert main(["reproduce", str(bag.path), *words]) == 2
     assert "has no topic /front/scan (topics: /robot1/odom)" in capsys.readouterr().err
+
+
+def _drive(bag: RobotBag, times: range) -> None:
+    for step in times:
+        bag.odometry(step / 10, x=step / 50, speed=0.2)
+        bag.scan(step / 10, [1.0] * 90)
+
+
+def _jumping(folder: Path) -> Path:
+    bag = RobotBag(folder / "bag.mcap")
+    _drive(bag, range(20))
+    _drive(bag, range(-10_000, -9_980))
+    return bag.close()
+
+
+def _cut_archive(folder: Path) -> Path:
+    bag = RobotBag(folder / "bag.mcap")
+    _drive(bag, range(20))
+    path = folder / "bag.mcap.gz"
+    path.write_bytes(gzip.compress(bag.close().read_bytes())[:60])
+    return path
+
+
+def _text(folder: Path) -> Path:
+    path = folder / "bag.mcap"
+    path.write_text("no recording\n", encoding="utf-8")
+    return path
+
+
+def _empty_folder(folder: Path) -> Path:
+    (folder / "bag").mkdir()
+    return folder / "bag"
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (_jumping, "its times go back by 1,002 s; were its parts recorded by different clocks?"),
+        (_cut_archive, "cannot unpack it: Compressed file ended before"),
+        (_text, "not an MCAP file"),
+        (_empty_folder, "the folder has no MCAP file"),
+    ],
+)
+def test_bad_recordings_are_refused(
+    make: Callable[[Path], Path],
+    message: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """With a message that names the file, and without a case."""
+    path = make(tmp_path)
+    assert main(["reproduce", str(path), "-o", str(tmp_path / "case")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"{path}: ")
+    assert message in error
+    assert not (tmp_path / "case").exists()
+
+
+def test_poses_of_odometry_that_drifts_are_corrected_by_scans(tmp_path: Path) -> None:
+    """Without a map, walls are straight although the wheels count wrong."""
+    bag = recorded(tmp_path, "at 0.0: odometry_drift turn 4")
+    evidence = EvidenceReader.of(RecordedFile(bag)).evidence(bag)
+    odometry = Path2D(*evidence.odometry.T[:3], evidence.odometry[:, 3], "odom")
+    lost = replace(evidence, track=odometry, grid=None)
+    truth = evidence.track.pose(evidence.end_s)
+    counted, found = (each.track.pose(evidence.end_s) for each in (lost, matched(lost)))
+    assert abs(counted.yaw - truth.yaw) > 0.2
+    assert abs(found.yaw - truth.yaw) < 0.03
+    assert math.dist((found.x, found.y), (truth.x, truth.y)) < 0.05
