@@ -197,7 +197,8 @@ def outcome_of(evidence: Evidence) -> str:
     last = goals[-1]
     if last.outcome == SUCCEEDED:
         return "success"
-    if last.outcome == "lost" and _ends_at_once(evidence, last.last_feedback_ns):
+    is_open = last.outcome == "lost" and last.served_end_ns is None and not last.cancels
+    if is_open and last.is_answered and _ends_at_once(evidence, last.last_feedback_ns):
         return "interrupted"
     return "failure"
 

@@ -23,7 +23,7 @@ from bt_mission.reproducing.surroundings import Surroundings, surroundings
 
 DECEIVED = ("lidar_frozen", "lidar_dead", "lidar_bias", "lidar_noise", "odometry_dead")
 """Faults during which scans, or the poses to which they belong, are not to be trusted."""
-LOST = ("odometry_dead", "drop")
+LOST = ("odometry_dead", "drop", "lidar_frozen")
 """Faults during which scans cannot be compared with the world."""
 MOST_FAULTS = 40
 

@@ -73,9 +73,11 @@ class GoalTrace:
 
     @property
     def outcome(self) -> str:
-        """The end as a word; ``lost`` for a goal whose end is not in the recording."""
+        """The end for its client as a word; ``lost`` for a goal whose result it did not get."""
         if self.is_rejected:
             return "rejected"
+        if self.is_introspected:
+            return self.status if self.is_answered and self.status else "lost"
         return self.status or self.served_status or "lost"
 
     @property

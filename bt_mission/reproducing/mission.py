@@ -15,7 +15,7 @@ from bt_mission.core.geometry import yaw_of
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.reproducing.evidence import Evidence
 from bt_mission.reproducing.goals import SUCCEEDED, GoalTrace
-from bt_mission.reproducing.silences import died_at
+from bt_mission.reproducing.silences import IDLE_S, died_at
 
 LONGER = 3.0
 SHORTEST_LIMIT_S = 30.0
@@ -136,7 +136,7 @@ def _limit(evidence: Evidence, goal: GoalTrace) -> tuple[float, bool]:
     begin = goal.answered_ns or goal.start_ns
     died = died_at(evidence, goal)
     canceled = evidence.since_start(goal.cancels[0].asked_ns) if goal.cancels else math.inf
-    if goal.cancels and goal.is_answered and (died is None or died > canceled - 0.3):
+    if goal.cancels and goal.is_answered and (died is None or died > canceled + IDLE_S):
         return max(round((goal.cancels[0].asked_ns - begin) / 1e9, 2), 0.05), True
     if not goal.is_introspected and goal.outcome == "canceled":
         return max(round(_end(evidence, goal) - evidence.since_start(begin), 2), 0.05), True

@@ -27,6 +27,8 @@ LEAST_V, LEAST_W = 0.006, 0.03
 SLIP_V, SLIP_W = 0.04, 0.15
 """m/s and rad/s by which the robot moves other than its wheels."""
 SIDEWAYS = 0.03
+MOMENT = 1.3
+"""The sum of these three, as shares of their limits, that counts in a single sample."""
 IMPULSE_S = 1.0
 """Longer is no push."""
 PUSH_RISES_S = 0.12
@@ -337,12 +339,17 @@ def _slips(
     dv, dw = motion.ahead - v, motion.turn - w
     with np.errstate(invalid="ignore"):
         differs = (np.abs(dv) > SLIP_V) | (np.abs(dw) > SLIP_W) | (np.abs(motion.left) > SIDEWAYS)
-    for begin, end in spans_where(motion.times, differs, 2, gap_s=0.2):
+    with np.errstate(invalid="ignore"):
+        size = np.abs(dv) / SLIP_V + np.abs(dw) / SLIP_W + np.abs(motion.left) / SIDEWAYS
+    for begin, end in spans_where(motion.times, differs, 1, gap_s=0.2):
+        if end - begin < STEP_S / 2 and size[round(begin / STEP_S)] < MOMENT:
+            continue
         if any(low < begin < high for low, high in known) or begin < 2 * STEP_S:
             continue
         inside = (motion.times >= begin) & (motion.times <= end)
         force = np.hypot(dv[inside], motion.left[inside]) + 0.1 * np.abs(dw[inside])
-        if end - begin < IMPULSE_S and _is_impulse(motion, inside, dv, dw):
+        is_moment = end - begin < 2.5 * STEP_S
+        if is_moment or (end - begin < IMPULSE_S and _is_impulse(motion, inside, dv, dw)):
             yield _impulse(robot, motion, end, inside, force)
         elif end - begin >= 0.25:
             yield _slip(motion, begin, end, inside, dv, dw)
@@ -374,7 +381,7 @@ def _impulse(
         "within a moment, without its wheels"
     )
     pushes = [_push(robot, start, change_v, change_left, rise, scale) for scale in (1, 0.8, 1.25)]
-    shoves = [_shove(motion, start, first, scale) for scale in (1.0, 1.4, 1.9)]
+    shoves = [_shove(motion, start, first, scale) for scale in (1.0, 1.5, 2.5, 4.0)]
     is_push = rise > PUSH_RISES_S
     several = [*pushes, *shoves] if is_push else [*shoves, *pushes]
     return FoundFault(several[0], why, 0.8, round(start, 2), round(end, 2), several[1:])

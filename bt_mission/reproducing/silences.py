@@ -22,6 +22,8 @@ CANCEL_REJECTED = 1
 """The return code of a cancel; others say that the goal is unknown, or has ended."""
 MOST_NAMED = 12
 """Of silences of one topic."""
+IDLE_S = 0.12
+"""A server that is not active for longer after a cancel request had gone before it."""
 
 
 def silences(evidence: Evidence) -> Iterator[FoundFault]:
@@ -238,7 +240,7 @@ def _cancels(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[Found
         at = evidence.since_start(cancel.asked_ns)
         was_over = goal.served_end_ns is not None and goal.served_end_ns <= cancel.asked_ns
         died = died_at(evidence, goal)
-        if was_over or not goal.is_answered or (died is not None and died < at - 0.3):
+        if was_over or not goal.is_answered or (died is not None and died < at + IDLE_S):
             continue
         if cancel.answered_ns is None:
             if evidence.end_s - at > LATE_S:
