@@ -203,7 +203,8 @@ def test_poses_of_odometry_that_drifts_are_corrected_by_scans(tmp_path: Path) ->
     """Without a map, walls are straight although the wheels count wrong."""
     bag = recorded(tmp_path, "at 0.0: odometry_drift turn 4")
     evidence = EvidenceReader.of(RecordedFile(bag)).evidence(bag)
-    odometry = Path2D(*evidence.odometry.T[:3], evidence.odometry[:, 3], "odom")
+    times, x, y, yaw = evidence.odometry.T[:4]
+    odometry = Path2D(times, x, y, yaw, "odom")
     lost = replace(evidence, track=odometry, grid=None)
     truth = evidence.track.pose(evidence.end_s)
     counted, found = (each.track.pose(evidence.end_s) for each in (lost, matched(lost)))
