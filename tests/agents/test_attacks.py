@@ -23,7 +23,7 @@ from bt_mission.agents.folder import MOST_PROPOSALS, canonical
 from bt_mission.agents.jobs import CommandEnd
 from bt_mission.agents.permits import grant, new_key, read_key
 from bt_mission.agents.robot import marked
-from bt_mission.agents.server import LONGEST_CALL, agent_server
+from bt_mission.agents.server import LONGEST_CALL
 from bt_mission.core.errors import BtMissionError
 from tests.support.agents import PROOF, RUNS, TURN, Played
 
@@ -301,7 +301,7 @@ def _two_clients_one_permit(played: Played) -> Any:
     played.approve()
 
     async def act() -> Any:
-        server = agent_server(played.door, lambda: 0.0)
+        server = played.server
         async with Client(server) as first, Client(server) as second:
             results = await asyncio.gather(
                 *(client.call_tool("drive", {"name": "look"}) for client in (first, second))
@@ -313,7 +313,7 @@ def _two_clients_one_permit(played: Played) -> Any:
 
 def _flood_beside_stop(played: Played) -> Any:
     async def act() -> Any:
-        server = agent_server(played.door, lambda: 0.0)
+        server = played.server
         async with Client(server) as first, Client(server) as second:
             calls = [first.call_tool("status", {}) for _ in range(80)]
             *_, stopped = await asyncio.gather(
@@ -333,7 +333,7 @@ def _job_flood(played: Played) -> Any:
 
         played.command = command  # type: ignore[method-assign, assignment]
         played.restart(wait_s=0.0)
-        async with Client(agent_server(played.door, lambda: 0.0)) as client:
+        async with Client(played.server) as client:
             await client.call_tool("propose", {"name": "look", "text": TURN})
             await client.call_tool("simulate", {"name": "look"})
             refused = await client.call_tool("simulate", {"name": "look"})

@@ -113,6 +113,7 @@ class Played:
         self.site = self.read_site()
         self.robot = Robot(PermittedMissions(site=self.site, folder=self.folder), self.driven)
         self.door = Door(self.site, self.folder, self.robot, self.command, wait_s)
+        self.server = agent_server(self.door, lambda: self.seconds)
 
     async def command(self, words: Sequence[str]) -> CommandEnd:
         """Answer a command at once."""
@@ -123,7 +124,7 @@ class Played:
         """Connect a client of the SDK, and let it act."""
 
         async def session() -> T:
-            async with Client(agent_server(self.door, lambda: self.seconds)) as client:
+            async with Client(self.server) as client:
                 return await act(client)
 
         return asyncio.run(session())
