@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Any
 
@@ -65,6 +65,11 @@ class Finally(Hooked, Composite):
     def is_detached(self) -> bool:
         """Whether its clean-up is under way after a halt."""
         return self._stage is CleanUpPhase.DETACHED
+
+    @property
+    def kept_values(self) -> Mapping[str, Any]:
+        """The values of variables with which a clean-up after a halt runs."""
+        return self._variables
 
     @property
     def limit_s(self) -> float:
@@ -140,7 +145,6 @@ class Finally(Hooked, Composite):
         self.status = new_status
         if new_status is Status.INVALID:
             self.current_child = None
-        self.iterator = self.tick()
 
     def _begin_cleanup(self, stage: CleanUpPhase) -> None:
         self._stage, self.failure = stage, ""

@@ -30,7 +30,6 @@ class _InOrder(Hooked, Composite):
             self.current_child = None
             self._reset(self.children)
         self.status = new_status
-        self.iterator = self.tick()
 
     def _reset(self, children: Iterable[Behaviour]) -> None:
         invalid = Status.INVALID

@@ -30,6 +30,21 @@ class Repeat(HookedDecorator):
     _count: int | None = None
     _is_within = False
 
+    @property
+    def done(self) -> int:
+        """The number of rounds done."""
+        return self._done
+
+    @property
+    def count(self) -> int | None:
+        """The most rounds; None for no bound."""
+        return self._count
+
+    @property
+    def is_within(self) -> bool:
+        """Whether a round is under way."""
+        return self._is_within
+
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """Return the rounds done, their number, and whether a round has begun."""
         return {"done": self._done, "count": self._count, "within": self._is_within}

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from operator import is_
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
@@ -25,12 +25,11 @@ from bt_mission.language.nodes.fields import LIMIT, NumberRule
 Condition: TypeAlias = Expression | bool
 """A condition on variables; a constant if it is always true or false."""
 
-_LASTING = (bool, int, float, str)
+_LASTING = frozenset((bool, int, float, str))
 """Values that do not change while a variable holds them, unlike lists."""
 
 
-@dataclass(frozen=True)
-class ConditionResult:
+class ConditionResult(NamedTuple):
     """Whether a condition is true, and as text, with the values that it read."""
 
     holds: bool
@@ -139,7 +138,7 @@ class Evaluator:
         if asked.result is not None and all(map(is_, values, asked.values)):
             return asked.result
         result = self._judge(condition, asked.names)
-        is_lasting = not condition.draws and all(isinstance(value, _LASTING) for value in values)
+        is_lasting = not condition.draws and _LASTING.issuperset(map(type, values))
         asked.result, asked.values = (result, values) if is_lasting else (None, [])
         return result
 
@@ -152,7 +151,7 @@ class Evaluator:
         if not isinstance(answer, bool):
             raise self.failure(f"'{condition.text}' gave {show(answer)}, not a boolean")
         values = ", ".join(
-            f"{name} = {brief(variables[name])}" for name in names if name in variables
+            [f"{name} = {brief(variables[name])}" for name in names if name in variables]
         )
         holds = "holds" if answer else "does not hold"
         return ConditionResult(answer, holds + (f" ({values})" if values else ""))

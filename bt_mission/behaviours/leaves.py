@@ -75,10 +75,12 @@ class Leaf(Hooked):
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """End with this status."""
-        self.note_reset(new_status)
-        self.call_terminate(new_status)
+        if new_status is Status.INVALID:
+            self.note_reset(new_status)
+        if self.call_hooks:
+            self.run_call_hooks("terminate")
+        self.terminate(new_status)
         self.status = new_status
-        self.iterator = self.tick()
 
     def call_terminate(self, new_status: Status) -> None:
         """Terminate without a change of status."""

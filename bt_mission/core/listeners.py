@@ -54,6 +54,11 @@ class Stream(Generic[T]):
         self._subscribers = (*self._subscribers, (take, kinds or (object,)))
         self._takers = {}
 
+    def unsubscribe_all(self) -> None:
+        """Send events to nobody."""
+        self._subscribers = ()
+        self._takers.clear()
+
     def unsubscribe(self, take: Callable[[Any], object]) -> None:
         """Stop passing items to it; it need not be subscribed."""
         self._subscribers = tuple(

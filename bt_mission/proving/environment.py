@@ -230,6 +230,8 @@ class Environment:
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self._finals = [node for node in nodes if isinstance(node, Finally)]
         self._note_tree = noter(root, self.executive.indices)
+        self._saved: Memento | None = None
+        """The present state, if it was saved and no step was taken since."""
         self._present: Memento | None = None
         """The state that was put back, until its next step."""
         self._asked: tuple[Memento | None, list[Question]] = (None, [])
@@ -239,7 +241,7 @@ class Environment:
     def _see_events(self) -> None:
         """Hand events to nobody but :attr:`entered`: traces are no part of a state."""
         self.ledger.on_event = self._ignore
-        self.executive.events._subscribers = ()  # noqa: SLF001
+        self.executive.events.unsubscribe_all()
         self.executive.events.subscribe(self._note_entered, NodeChanged)
         self.executive.mission_state = _Tip(self)  # type: ignore[assignment]
 
@@ -399,6 +401,7 @@ class Environment:
     def step(self, script: Script) -> bool:
         """Take one step by a script; return whether it is within the bound on faults."""
         self.choices.begin(script)
+        self._saved = None
         self.entered.clear()
         self.is_stuck = self.is_quiet = False
         before = self._moment.limits
@@ -626,11 +629,14 @@ class Environment:
 
     def save(self, earlier: Memento | None = None) -> Memento:
         """Return everything that a step may change."""
-        return self._keeper.take(earlier)
+        self._saved = self._keeper.take(earlier)
+        return self._saved
 
     def restore(self, memento: Memento, faults_left: float) -> None:
-        """Put it back."""
-        self._keeper.put_back(memento)
+        """Put it back, unless it was just saved."""
+        if memento is not self._saved:
+            self._keeper.put_back(memento)
+        self._saved = None
         self.choices.faults_left = faults_left
         self._present = memento
 

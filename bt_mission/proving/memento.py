@@ -37,14 +37,19 @@ class Keeper:
     """
 
     def __init__(self, roots: Iterable[Any], dynamic: Callable[[], Iterable[Any]]) -> None:
-        self._roots = tuple(roots)
+        self._roots = {id(entry): entry for entry in roots}
         self._dynamic = dynamic
 
     def take(self, earlier: Memento | None = None) -> Memento:
         """Return the present state; it shares with an earlier one what has not changed."""
         known = earlier or {}
         taken: Memento = {}
-        for entry in (*self._roots, *self._dynamic()):
+        for number, entry in self._roots.items():
+            saved = known.get(number)
+            if saved is None or saved[2] or entry.__dict__ != saved[1]:
+                saved = _saved(entry, saved)
+            taken[number] = saved
+        for entry in self._dynamic():
             number = id(entry)
             if number not in taken:
                 taken[number] = _saved(entry, known.get(number))

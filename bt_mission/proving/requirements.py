@@ -204,7 +204,7 @@ def _state_of(monitor: Monitor, parts: Iterable[Any]) -> Any:
     Args:
         parts: The operators of the monitor that have a state.
     """
-    root = monitor._root  # noqa: SLF001
+    root = monitor.root
     if root is None or root.decided is not None:
         return monitor.violated_ns is not None
     return tuple([_projected(value) for part in parts for value in vars(part).values()])
@@ -240,7 +240,7 @@ def _objects(value: Any, known: set[int]) -> Iterator[Any]:
 
 def _stateful(monitor: Monitor) -> tuple[Any, ...]:
     """Return the parts of a monitor without those that remember nothing."""
-    parts = _objects(monitor._root, set())  # noqa: SLF001
+    parts = _objects(monitor.root, set())
     return tuple(
         part
         for part in parts

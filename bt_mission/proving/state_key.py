@@ -98,7 +98,7 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
     match node:
         case Repeat():
             # Rounds without a bound are alike.
-            return lambda: (node._count and node._done, node._count, node._is_within)  # noqa: SLF001
+            return lambda: (node.count and node.done, node.count, node.is_within)
         case Retry():
             return lambda: (node.failures, node.num_failures, node.due_ns is not None)
         case Sequence() | Selector() | Pick():
@@ -107,10 +107,9 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
             return None
 
     def memory() -> Any:
-        saved = save(node, 0)
-        saved = {name: value for name, value in saved.items() if name not in ("left_ns", "values")}
+        saved = {name: value for name, value in save(node, 0).items() if name != "left_ns"}
         if isinstance(node, Finally):
-            saved["values"] = values_key(dict(node._variables))  # noqa: SLF001
+            saved["values"] = values_key(node.kept_values)
         return plain(saved)
 
     return memory

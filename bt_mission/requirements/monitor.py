@@ -102,13 +102,14 @@ class Monitor:
             for key, signal in signals.items()
             if (by := source.measured_by(signal))
         )
-        self._root: Root | None = None
+        self.root: Root | None = None
+        """The first of its operators; None where a signal is missing."""
         if not self._missing:
-            self._root = self._compiler.root(requirement.root)
+            self.root = self._compiler.root(requirement.root)
 
     def step(self, since_start_ns: int) -> bool:
         """Take the next instant; return whether it is violated since this instant."""
-        root = self._root
+        root = self.root
         if root is None or self._end is not None:
             return False
         self._last_ns = since_start_ns
@@ -121,11 +122,11 @@ class Monitor:
     @property
     def now(self) -> Sample:
         """The value over the run so far."""
-        return None if self._root is None else self._root.value
+        return None if self.root is None else self.root.value
 
     def value_of_instant(self) -> Sample:
         """Return the value of the present instant alone, as if it were the whole run."""
-        if self._root is None:
+        if self.root is None:
             return None
         root = Compiler(self._compiler.readers).root(self.requirement.root)
         root.step(0)
@@ -138,7 +139,7 @@ class Monitor:
             is_complete: Has the mission ended, rather than been cut? After a run that was cut,
                 anything could have followed.
         """
-        if self._root is None or self._end is not None:
+        if self.root is None or self._end is not None:
             return False
         self._end = end = self._at_end(is_complete=is_complete)
         return end[0] == "violated" and self.violated_ns is None
@@ -149,7 +150,7 @@ class Monitor:
         worst = value if is_complete else self._over(Truncation.STRONG)
         if self.violated_ns is not None:
             return "violated", best
-        if self._root is not None and self._root.decided is True:
+        if self.root is not None and self.root.decided is True:
             return "holds", value
         if value is None or best is None:
             return "open" if self._never_full else "unknown", None
@@ -161,7 +162,7 @@ class Monitor:
 
     def _over(self, truncation: Truncation) -> Sample:
         """Return the value of the run, if it ended here."""
-        return copy.deepcopy(self._root).finish(truncation) if self._root else None
+        return copy.deepcopy(self.root).finish(truncation) if self.root else None
 
     @property
     def _never_full(self) -> bool:
@@ -188,10 +189,10 @@ class Monitor:
 
     @property
     def _so_far(self) -> tuple[Verdict, Sample]:
-        if self._root is None:
+        if self.root is None:
             return "unknown", None
         decided: dict[bool | None, Verdict] = {True: "holds", False: "violated", None: "open"}
-        return decided[self._root.decided], self._root.value
+        return decided[self.root.decided], self.root.value
 
     def _why(self, verdict: Verdict) -> str:
         if verdict == "unknown":

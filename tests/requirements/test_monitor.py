@@ -135,7 +135,7 @@ def test_memory_is_bounded_by_the_windows(text: str) -> None:
     for step in range(2_000):
         signals.values = rows[step % 2]
         monitor.step(step * STEP_NS)
-        kept.append(_samples_in(monitor._root))
+        kept.append(_samples_in(monitor.root))
     assert max(kept[1_000:]) <= max(kept[:1_000])
 
 

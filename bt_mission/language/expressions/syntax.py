@@ -12,7 +12,7 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from typing_extensions import override
 
@@ -36,8 +36,7 @@ Types = Callable[["Name"], Type | None]
 """The type of a name; None where it is not known."""
 
 
-@dataclass(frozen=True)
-class EvaluationScope:
+class EvaluationScope(NamedTuple):
     """What names mean in one evaluation: variables, and the fields that come before them."""
 
     variables: Mapping[str, Plain | NoValue]
@@ -405,6 +404,8 @@ def _refuse_large_power(base: float, exponent: float, column: int) -> None:
 
 
 def _refuse_comparison(left: Type | None, right: Type | None, symbol: str, column: int) -> None:
+    if left == right and (left in ("integer", "number") or symbol in ("==", "!=")):
+        return
     sides = {"number" if side == "integer" else side for side in (left, right)}
     if len(sides) > 1:
         message = f"cannot compare {WORDS[left]} with {WORDS[right]}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -57,8 +57,22 @@ class LooseText(ExpressionError):  # noqa: N818 - what it is says more than that
     """A text with more words behind an expression: probably no formula."""
 
 
+_TYPES: Mapping[type, Type] = {
+    bool: "bool",
+    int: "integer",
+    float: "number",
+    str: "text",
+    list: "list",
+    tuple: "list",
+}
+"""Of most values; others are of a subclass."""
+
+
 def type_of(value: object) -> Type | None:
     """Return the type of a value, or None for what the language has no type for."""
+    known = _TYPES.get(type(value))
+    if known is not None:
+        return known
     match value:
         case bool():
             return "bool"
