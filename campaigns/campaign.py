@@ -74,7 +74,7 @@ class Outcome:
     findings: list[str] = field(default_factory=list)
 
 
-_DRAWN = tuple(name for name in FAULTS if name != "raise_in_leaf")
+_DRAWN = tuple(name for name in FAULTS if "leaf" not in FAULTS[name].parameters)
 """Leaves have other names in every mission."""
 
 

@@ -29,6 +29,7 @@ from bt_mission.editing import patches
 from bt_mission.editing.checks import check_text
 from bt_mission.editing.completion import completion, definition, hover
 from bt_mission.editing.fault_forms import OUTCOMES, fault_kinds, fault_text, scenario_text
+from bt_mission.editing.merge import hunks
 from bt_mission.editing.plan import plan_of
 from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
@@ -99,6 +100,10 @@ class EditServer(PageServer):
             "explain": lambda asked: {"entry": explanation(_text(asked, "code"))},
             "differ": _differ,
             "save": self._save,
+            "merge": _merge,
+            "create": self._create,
+            "rename": self._rename,
+            "delete": self._delete,
             "plan": self._plan,
             "faults": lambda _: {"kinds": fault_kinds()},
             "forms": lambda _: {"forms": world_forms()},
@@ -159,6 +164,7 @@ class EditServer(PageServer):
             "files": self._workspace.files(),
             "folder": str(self._workspace.root),
             "is_read_only": self._is_read_only,
+            "is_single": self._workspace.only is not None,
         }
 
     def _open(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -185,6 +191,26 @@ class EditServer(PageServer):
         name, text, base = (_text(asked, key) for key in ("name", "text", "base"))
         self._workspace.save(name, text, base, is_forced=bool(asked.get("is_forced")))
         return {"text": text}
+
+    def _create(self, asked: dict[str, Any]) -> dict[str, Any]:
+        self._refuse_read_only()
+        self._workspace.create(name := _text(asked, "name"))
+        return {"name": name}
+
+    def _rename(self, asked: dict[str, Any]) -> dict[str, Any]:
+        self._refuse_read_only()
+        name, other = _text(asked, "name"), _text(asked, "other")
+        self._workspace.rename(name, other)
+        self._shared.pop(name, None)
+        return {"name": other}
+
+    def _delete(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Delete a file that a page has open, with the text with which it was opened."""
+        self._refuse_read_only()
+        name = _text(asked, "name")
+        self._workspace.delete(name, _text(asked, "base"))
+        self._shared.pop(name, None)
+        return {}
 
     # ---- the text ------------------------------------------------------------------------
 
@@ -475,6 +501,13 @@ def _differ(asked: dict[str, Any]) -> dict[str, Any]:
     before, after = (_text(asked, key).splitlines() for key in ("before", "after"))
     lines: Sequence[str] = list(difflib.unified_diff(before, after, lineterm="", n=2))[2:]
     return {"lines": lines}
+
+
+def _merge(asked: dict[str, Any]) -> dict[str, Any]:
+    """Return the text on disk and that of the page beside the one with which both began."""
+    base, theirs, mine = (_text(asked, key) for key in ("base", "theirs", "mine"))
+    cut = hunks(base, theirs, mine)
+    return {"hunks": [asdict(hunk) | {"choice": hunk.choice} for hunk in cut]}
 
 
 def _units(text: str) -> Callable[[int], int]:

@@ -108,6 +108,69 @@ class Workspace:
         self._write(path, text.replace("\n", now.newline))
         self.drop_draft(name)
 
+    def create(self, name: str) -> None:
+        """Write an empty file in a folder that exists.
+
+        Raises:
+            EditError: The name is taken or invalid, or the file cannot be written.
+        """
+        path = self._free(name)
+        try:
+            path.open("x").close()
+        except OSError as error:
+            raise EditError(f"{name}: cannot be created ({error.strerror})") from None
+
+    def rename(self, name: str, other: str) -> None:
+        """Give a file another name in the folder, together with its unsaved text.
+
+        Raises:
+            EditError: A name is invalid, the new one is taken, or the file cannot be renamed.
+        """
+        path, target = self._existing(name), self._free(other)
+        draft = self._beside(name, UNSAVED)
+        try:
+            path.rename(target)
+            if draft.exists():
+                draft.rename(self._beside(other, UNSAVED))
+        except OSError as error:
+            raise EditError(f"{name}: cannot be renamed ({error.strerror})") from None
+
+    def delete(self, name: str, base: str) -> None:
+        """Delete a file, if its text is still the base. Unsaved text goes, too.
+
+        Raises:
+            ConflictError: The file has changed.
+            EditError: The file does not exist, or cannot be deleted.
+        """
+        path = self._existing(name)
+        if (now := self.read(name).text) != base:
+            raise ConflictError(name, now)
+        try:
+            path.unlink()
+        except OSError as error:
+            raise EditError(f"{name}: cannot be deleted ({error.strerror})") from None
+        self.drop_draft(name)
+
+    def _existing(self, name: str) -> Path:
+        self._refuse_single()
+        path = self.path(name)
+        if not path.is_file():
+            raise EditError(f"{name}: no such file")
+        return path
+
+    def _free(self, name: str) -> Path:
+        self._refuse_single()
+        path = self.path(name)
+        if os.path.lexists(path):
+            raise EditError(f"{name}: the file already exists")
+        if not path.parent.is_dir():
+            raise EditError(f"{name}: the folder does not exist")
+        return path
+
+    def _refuse_single(self) -> None:
+        if self.only is not None:
+            raise EditError(f"only {self.only} is open: start the editor with a folder")
+
     def save_beside(self, name: str, text: str) -> None:
         """Write a new file in the folder, also beside the only file. Raises EditError."""
         Workspace(self.root).save(name, text, "")

@@ -2,6 +2,7 @@
 
 import { Drawing, keyOf } from "./drawing.js";
 import { ask, connected } from "./edit_api.js";
+import { fileWindow, mergeWindow } from "./edit_files.js";
 import { Form, Palette } from "./edit_form.js";
 import { FaultList, Plan, WorldEditor } from "./edit_map.js";
 import { RunPane, findingList, prove, runPaths } from "./edit_run.js";
@@ -336,6 +337,7 @@ async function listFiles() {
   at.isReadOnly = answer.is_read_only;
   at.kinds = new Map(answer.files.map((one) => [one.name, one.kind]));
   byId("run").disabled = byId("run-to").disabled = byId("prove").disabled = at.isReadOnly;
+  byId("file-acts").hidden = at.isReadOnly || answer.is_single;
   const select = byId("files");
   select.replaceChildren(...answer.files.map(({ name, is_unsaved: unsaved }) => {
     const option = element("option", "", unsaved ? `${name} (unsaved)` : name);
@@ -398,17 +400,23 @@ async function save(isForced = false) {
   showState();
 }
 
-async function showConflict(theirs) {
-  const [mine, other] = await Promise.all([
-    ask("differ", { before: at.base, after: text.text }), ask("differ", { before: at.base, after: theirs ?? "" }),
-  ]);
-  openWindow(`${at.name} has changed on disk`, [
-    element("p", "", theirs === null ? "The file no longer exists." : "Another program has written the file since it was opened here."),
-    element("div", "columns", element("div", "", element("b", "", "Your changes"), lines(mine.lines)), element("div", "", element("b", "", "Changes on disk"), lines(other.lines))),
-  ], [
+// Shows base, disk and page side by side; the text of the page stays in its undo history.
+function showConflict(theirs) {
+  const words = theirs === null ? "The file no longer exists." : "Another program has written the file since it was opened here.";
+  const texts = { base: at.base, theirs: theirs ?? "", mine: text.text };
+  const take = (merged) => { at.base = theirs ?? ""; at.isConflict = false; text.replace(merged); showState(); };
+  return mergeWindow(`${at.name} has changed on disk`, words, texts, openWindow, take, [
     ["Overwrite with mine", () => save(true)],
-    ["Take the text on disk", () => { at.base = theirs ?? ""; text.replace(theirs ?? ""); }],
+    ["Take the text on disk", () => take(theirs ?? "")],
   ]);
+}
+
+// Opens the file that another act has left; without one the first of the folder.
+async function openNext(name) {
+  const files = await listFiles();
+  const next = name ?? files[0]?.name;
+  if (next) await openFile(next);
+  else { at.name = ""; at.base = ""; text.replace(""); drawing.show([]); showState(); }
 }
 
 async function showDifference() {
@@ -457,6 +465,7 @@ function listen() {
   byId("undo").addEventListener("click", () => text.undo());
   byId("redo").addEventListener("click", () => text.redo());
   byId("save").addEventListener("click", showDifference);
+  byId("file-acts").addEventListener("click", () => fileWindow(at, openWindow, refuse, openNext));
   byId("files").addEventListener("change", () => openFile(byId("files").value));
   byId("run").addEventListener("click", () => run(""));
   byId("run-to").addEventListener("click", () => wanted("run-to"));
@@ -574,7 +583,7 @@ async function begin() {
   const named = decodeURIComponent(location.hash.slice(1));
   const first = files.find((one) => one.name === named) ?? files.find((one) => one.kind === "mission") ?? files[0];
   if (first) await openFile(first.name);
-  else refuse("This folder has no YAML file: name a new one in the command, such as bt-mission edit tour.yaml");
+  else refuse("This folder has no YAML file: create one with the button Files.");
   connected("connected", false);
   setTimeout(keepSharing, STATE_MS);
 }

@@ -441,3 +441,59 @@ def test_a_world_is_drawn_on_its_map(play: Play, tmp_path: Path) -> None:
         assert gone == ["  - {name: wall beside A", "  - {name: A"]
 
     play(scene)
+
+
+def test_files_of_a_folder_and_a_file_that_changed_on_disk(chromium: Page, tmp_path: Path) -> None:
+    """A file is created, renamed and deleted; of two versions each place can be chosen."""
+    file = tmp_path / "m.yaml"
+    before = "mission: m\n# one\ntree:\n  sequence:\n    - wait: 1\n# end\n"
+    file.write_text(before)
+    window = "document.getElementById('window')"
+    editor = Editor(chromium, file)
+
+    async def click(label: str) -> None:
+        buttons = "[...document.querySelectorAll('#window-buttons button')]"
+        await editor.look(f"{buttons}.find((one) => one.textContent === {label!r}).click()")
+
+    async def named(name: str, label: str) -> None:
+        await editor.look("document.getElementById('file-acts').click()")
+        await editor.look(f"document.getElementById('file-name').value = {name!r}")
+        await click(label)
+        await editor.until(f"document.getElementById('files').value === {name!r}")
+
+    async def scene() -> None:
+        await editor.until("document.getElementById('files').value === 'm.yaml'")
+        await named("new.yaml", "Create")
+        await named("newer.yaml", "Rename")
+        await editor.look("document.getElementById('file-acts').click()")
+        await click("Delete…")
+        await editor.until(f"{window}.open")
+        await click("Delete")
+        await editor.until("document.getElementById('files').value === 'm.yaml'")
+        await editor.until("document.getElementById('files').options.length === 1")
+        await editor.until("document.querySelectorAll('.node').length === 3")
+        await editor.until("document.getElementById('problems').textContent === 'no problems'")
+        await editor.add("log")
+        mine = await editor.look(f"{TEXT}.textContent")
+        assert "log" in mine
+        file.write_text(before.replace("# one", "# one on disk"))
+        await editor.until("document.getElementById('banner-conflict') !== null")
+        await editor.look("document.querySelector('#banner-conflict button').click()")
+        await editor.until(f"{window}.open && document.querySelectorAll('fieldset').length > 1")
+        await click("Use these lines")
+        await editor.saved()
+
+    async def visited(server: EditServer) -> None:
+        await editor.visit(server.link, 1440, 900)
+        try:
+            await scene()
+        finally:
+            await editor.look("onbeforeunload = null, document.body.remove()")
+
+    play_with(EditServer(Workspace(tmp_path), WebOptions(port=0)), visited)
+    text = file.read_text()
+    assert "# one on disk\n" in text
+    assert "log" in text
+    assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
+    assert chromium.problems == []
+    chromium.visit("about:blank", width=800, height=600)

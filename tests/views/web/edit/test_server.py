@@ -128,6 +128,45 @@ def test_a_file_that_changed_meanwhile_is_not_overwritten(play: Play, tmp_path: 
     play(scene)
 
 
+def test_files_are_created_renamed_and_deleted(play: Play, tmp_path: Path) -> None:
+    """Unsaved text goes with a renamed file; a file that changed meanwhile is not deleted."""
+    (tmp_path / "other.yaml").symlink_to("/etc/hostname")
+    (tmp_path / "out").symlink_to("/tmp")  # noqa: S108 - nothing is written there
+
+    async def scene(client: Client) -> None:
+        assert await client.ask("create", name="new.yaml") == {"name": "new.yaml"}
+        assert (tmp_path / "new.yaml").read_text() == ""
+        for name in ("new.yaml", "other.yaml", "out/x.yaml", "../x.yaml", "none/x.yaml", "x.txt"):
+            assert "error" in await client.ask("create", name=name), name
+            assert "error" in await client.ask("rename", name="m.yaml", other=name), name
+        await client.ask("check", name="m.yaml", text="mission: draft\n")
+        assert (await client.ask("rename", name="m.yaml", other="n.yaml"))["name"] == "n.yaml"
+        opened = await client.ask("open", name="n.yaml")
+        assert (opened["text"], opened["draft"]) == (TEXT, "mission: draft\n")
+        answer = await client.ask("delete", name="n.yaml", base="mission: older\n")
+        assert (answer["code"], answer["theirs"]) == ("BT-1303", TEXT)
+        assert await client.ask("delete", name="n.yaml", base=TEXT) == {}
+        assert "error" in await client.ask("delete", name="n.yaml", base=TEXT)
+
+    play(scene)
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["new.yaml", "other.yaml", "out"]
+
+
+def test_versions_of_a_text_are_shown_side_by_side(play: Play) -> None:
+    """Each hunk has the lines before, on disk and in the page."""
+
+    async def scene(client: Client) -> None:
+        answer = await client.ask("merge", base="a\nb\n", theirs="x\nb\n", mine="a\nb\nc\n")
+        assert answer["hunks"] == [
+            {"base": "a\n", "theirs": "x\n", "mine": "a\n", "choice": "theirs"},
+            {"base": "b\n", "theirs": "b\n", "mine": "b\n", "choice": "theirs"},
+            {"base": "", "theirs": "", "mine": "c\n", "choice": "mine"},
+        ]
+
+    play(scene)
+
+
 def test_a_second_page_follows_until_it_takes_over(play: Play) -> None:
     """It receives the text of the first one."""
 
@@ -164,9 +203,9 @@ def test_a_read_only_page_writes_and_runs_nothing(play: Any, tmp_path: Path) -> 
 
     async def scene(client: Client) -> None:
         await client.ask("check", name="m.yaml", text="mission: x\n")
-        for request in ("save", "run", "prove"):
+        for request in ("save", "run", "prove", "create", "rename", "delete"):
             answer = await client.ask(
-                request, name="m.yaml", text="mission: x\n", base=TEXT, speed="1"
+                request, name="m.yaml", text="mission: x\n", base=TEXT, speed="1", other="o.yaml"
             )
             assert "read-only" in answer["error"]
 
