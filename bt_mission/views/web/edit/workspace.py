@@ -114,11 +114,7 @@ class Workspace:
         Raises:
             EditError: The name is taken or invalid, or the file cannot be written.
         """
-        path = self._free(name)
-        try:
-            path.open("x").close()
-        except OSError as error:
-            raise EditError(f"{name}: cannot be created ({error.strerror})") from None
+        self._write(self._free(name), "")
 
     def rename(self, name: str, other: str) -> None:
         """Give a file another name in the folder, together with its unsaved text.
