@@ -127,7 +127,7 @@ def edit_server(options: argparse.Namespace, workspace: Workspace) -> Iterator[E
     """As :func:`web_server`, of the editor of a folder."""
     from bt_mission.views.web.edit.server import EditServer
 
-    server = EditServer(workspace, _web_options(options))
+    server = EditServer(workspace, _web_options(options), keeps_ready=True)
     what = "read the files of the folder" if options.read_only else EDITS
     with _announced(options, server, what):
         yield server

@@ -19,22 +19,59 @@ _END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl: the signal that a process gets when its parent has ended."""
 
 
+class Spare:
+    """A process that gets ready for a run, and waits for the words of its command."""
+
+    def __init__(self) -> None:
+        self._started = asyncio.create_task(_started("bt_mission.cli.ready"))
+
+    async def take(self, words: Sequence[str]) -> asyncio.subprocess.Process:
+        """Have it run a command."""
+        process = await self._started
+        assert process.stdin is not None
+        with suppress(ConnectionError):
+            process.stdin.write(json.dumps(words).encode() + b"\n")
+            await process.stdin.drain()
+        return process
+
+    async def drop(self) -> None:
+        """End it."""
+        process = await self._started
+        with suppress(ProcessLookupError):
+            process.kill()
+        await process.communicate()
+
+
+async def _started(module: str, *words: str) -> asyncio.subprocess.Process:
+    return await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", module, *words),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=_end_with_parent if sys.platform == "linux" else None,
+    )
+
+
 class Child:
     """A command in another process, until it ends or is stopped.
 
     Args:
         trial: The file that it reads, deleted when it has ended; None for no such file.
         words: The command and its options.
+        spare: Runs it, instead of a new process.
     """
 
-    def __init__(self, trial: Path | None, words: Sequence[str]) -> None:
+    def __init__(
+        self, trial: Path | None, words: Sequence[str], spare: Spare | None = None
+    ) -> None:
         self.lines: list[str] = []
         """Its lines on standard error."""
         self.link = ""
         """The link of its page, once it is served."""
         self.output = ""
         self.code: int | None = None
-        self._trial, self._words = trial, words
+        self._trial, self._words, self._spare = trial, words, spare
         self._process: asyncio.subprocess.Process | None = None
         self._task = asyncio.create_task(self._run())
 
@@ -58,16 +95,14 @@ class Child:
             await asyncio.wait([self._task], timeout=3.0)
 
     async def _run(self) -> None:
-        process = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "bt_mission", *self._words),
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.PIPE,
-            start_new_session=True,
-            preexec_fn=_end_with_parent if sys.platform == "linux" else None,
-        )
+        if self._spare is None:
+            process = await _started("bt_mission", *self._words)
+        else:
+            process = await self._spare.take(self._words)
         self._process = process
+        assert process.stdin is not None
         assert process.stdout is not None
+        process.stdin.close()
         try:
             output, _ = await asyncio.gather(process.stdout.read(), self._listen(process))
             self.output = output.decode("utf-8", "replace")

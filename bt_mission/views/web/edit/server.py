@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket
 from typing_extensions import override
 
 from bt_mission.core import files
-from bt_mission.core.children import Child
+from bt_mission.core.children import Child, Spare
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import FileKind, kind_of
@@ -71,15 +71,20 @@ class EditServer(PageServer):
     Args:
         workspace: Its files.
         options: See :class:`PageServer`.
+        keeps_ready: Keep a process ready for the next run, so that it starts sooner.
     """
 
     headers = FRAMED_HEADERS
 
-    def __init__(self, workspace: Workspace, options: WebOptions) -> None:
+    def __init__(
+        self, workspace: Workspace, options: WebOptions, *, keeps_ready: bool = False
+    ) -> None:
         self._workspace = workspace
         self._shared: dict[str, _Shared] = {}
         self._run: Child | None = None
         self._proof: Child | None = None
+        self._keeps_ready = keeps_ready and not options.is_read_only
+        self._spare: Spare | None = None
         self._recording: Path | None = None
         """That of the last run, while the editor is served."""
         self._watch = render("views/web/page/index.html").encode()
@@ -133,12 +138,19 @@ class EditServer(PageServer):
         """Serve until a condition is true, then end the run and the proof."""
         with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             self._recording = Path(folder) / "run.mcap"
+            self._get_ready()
             try:
                 await super().serve(until)
             finally:
                 for child in (self._run, self._proof):
                     if child is not None:
                         await child.stop()
+                if self._spare is not None:
+                    await self._spare.drop()
+
+    def _get_ready(self) -> None:
+        if self._keeps_ready and self._spare is None:
+            self._spare = Spare()
 
     def _answer(self, act: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
         async def answer(request: Request) -> Response:
@@ -319,6 +331,8 @@ class EditServer(PageServer):
         if run is None:
             return {"state": "none"}
         state = "over" if run.is_over else "served" if run.link else "starting"
+        if state != "starting":  # getting ready takes time from a run that starts
+            self._get_ready()
         return {"state": state, "lines": run.lines[-20:]}
 
     async def _start_proof(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -337,7 +351,10 @@ class EditServer(PageServer):
         """Run a command with the text of a page."""
         self._refuse_read_only()
         trial = self._workspace.trial(_text(asked, "name"), _text(asked, "text"), command)
-        return Child(trial, (command, *words, str(trial)))
+        spare = None
+        if command in ("run", "fork") and "--editable" not in words:  # others find an editable one
+            spare, self._spare = self._spare, None
+        return Child(trial, (command, *words, str(trial)), spare)
 
     def _refuse_read_only(self) -> None:
         if self._is_read_only:

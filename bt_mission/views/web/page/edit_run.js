@@ -4,7 +4,7 @@ import { ask } from "./edit_api.js";
 import { keyOf } from "./drawing.js";
 import { STATUSES, byId, element } from "./words.js";
 
-const POLL_MS = 250;
+const POLL_MS = 50;
 const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
 export class RunPane {
@@ -125,7 +125,7 @@ export async function prove(name, text, show) {
   if (started.error) { show(null, [started.error]); return; }
   let proof = await ask("proved");
   while (!proof.is_over) {
-    await wait(2 * POLL_MS);
+    await wait(10 * POLL_MS);
     proof = await ask("proved");
   }
   show(proof.result, proof.lines);
