@@ -103,7 +103,8 @@ class ArbiterNode(RobotNode):
         self._inputs.clear()
 
     def _take(self, topic: str, message: Any) -> None:
-        twist = Twist2D(message.twist.linear.x, message.twist.angular.z)
+        linear = message.twist.linear
+        twist = Twist2D(linear.x, message.twist.angular.z, linear.y)
         now_ns = self._now_ns()
         age_ns = self._ages[topic].of(to_ns(message.header.stamp), now_ns)
         try:

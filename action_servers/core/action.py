@@ -75,7 +75,7 @@ def _no_limits(_robot: RobotModel, _tuning: Tuning) -> Limits:
     return ()
 
 
-def _no_misfit(_goal: Any) -> None:
+def _no_misfit(_goal: Any, _robot: RobotModel) -> None:
     return None
 
 
@@ -99,7 +99,7 @@ class Action(ActionName):
             what the action needs; returns the maneuver, or why the goal is refused. Its further
             parameters are fields of `ServerContext`, by their names.
         limits: The limits of single fields, for a robot and the parameters of its servers.
-        misfit: Returns why the fields of a goal are invalid together, or None.
+        misfit: Returns why the fields of a goal are invalid together for a robot, or None.
         misfit_code: The error code with which such a goal is aborted once it is accepted, as by
             Nav2; 0 where `plan` refuses it.
         codes: Of an action of Nav2: the error codes of Nav2 with which its goals end. The codes of
@@ -112,7 +112,7 @@ class Action(ActionName):
 
     plan: Callable[..., Maneuver | Refusal]
     limits: Callable[[RobotModel, Tuning], Limits] = _no_limits
-    misfit: Callable[[Any], str | None] = _no_misfit
+    misfit: Callable[[Any, RobotModel], str | None] = _no_misfit
     misfit_code: int = 0
     codes: tuple[int, ...] = ()
     feedback: Callable[[Any], FeedbackRanges] = _no_ranges
@@ -127,7 +127,7 @@ class Action(ActionName):
         refused = refusal(*faults(goal, self.limits(robot, tuning)))
         if refused is not None:
             return refused
-        misfit = self.misfit(goal) if self.misfit_code else None
+        misfit = self.misfit(goal, robot) if self.misfit_code else None
         if misfit is not None:
             return Misfit(self.misfit_code, misfit)
         unready = None if self.waits else self._unready(now, tuning.sensor_timeout)

@@ -22,7 +22,8 @@ from action_servers.core.maneuver import Observation, Scan
 from action_servers.core.margins import NOISE_M
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import Hull, LidarModel
+from bt_mission.core.robot.body import Hull
+from bt_mission.core.robot.model import LidarModel
 
 Points = npt.NDArray[np.float64]
 Reals = npt.NDArray[np.floating[Any]]
@@ -114,8 +115,9 @@ def pose_at(now: Observation, stamp_s: float) -> Pose2D:
     odom, velocity = now.odom or Pose2D(0.0, 0.0, 0.0), now.velocity or Twist2D()
     elapsed_s = stamp_s - now.odom_stamp_s
     yaw = odom.yaw + elapsed_s * velocity.angular
-    way = elapsed_s * velocity.linear
-    return Pose2D(odom.x + way * math.cos(yaw), odom.y + way * math.sin(yaw), yaw)
+    way, aside = elapsed_s * velocity.linear, elapsed_s * velocity.lateral
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return Pose2D(odom.x + way * cosine - aside * sine, odom.y + way * sine + aside * cosine, yaw)
 
 
 def into_frame(pose: Pose2D, points: Points) -> Points:

@@ -76,6 +76,7 @@ class Ramp:
             _nearer(
                 self.twist.angular, wanted.angular, self._limits.angular_acceleration * seconds
             ),
+            _nearer(self.twist.lateral, wanted.lateral, self._limits.acceleration * seconds),
         )
         return self.twist
 

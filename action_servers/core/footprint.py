@@ -84,6 +84,16 @@ def _free_straight(points: Floats, body: Footprint, horizon: float) -> float:
     return max(0.0, float(-inside[met].max(initial=-abs(horizon))))
 
 
+def free_slide(points: Floats, body: Footprint, direction: float, horizon: float) -> float:
+    """Return how far the base can slide in a direction (rad, left positive), up to a horizon, m."""
+    near = _within(points, body.turning_radius + horizon)
+    if not len(near):
+        return horizon
+    along = np.linspace(0.0, horizon, max(1, math.ceil(horizon / _STEP_M)) + 1)
+    x, y = along * math.cos(direction), along * math.sin(direction)
+    return _first_touch(near, body, x, y, np.zeros_like(along), horizon)
+
+
 def free_angle(points: Floats, body: Footprint, horizon: float) -> float:
     """Return how far the base can turn in place, up to `horizon` radians, left positive.
 

@@ -161,7 +161,8 @@ class GiveWay:
     def _end_when_standing(self, now: Observation) -> None:
         """Return the base to its goal once it stands, and the goal's twist is safe."""
         velocity = now.velocity or ZERO
-        stands = abs(velocity.linear) < _STANDS_LINEAR and abs(velocity.angular) < _STANDS_ANGULAR
+        speed = math.hypot(velocity.linear, velocity.lateral)
+        stands = speed < _STANDS_LINEAR and abs(velocity.angular) < _STANDS_ANGULAR
         if stands and (not self._moving.seen or self._is_safe(now, self._wanted)):
             self.is_active = False
 
@@ -220,6 +221,14 @@ class GiveWay:
     def _arcs(self) -> list[Twist2D]:
         linear, angular = self._limits.linear, self._limits.angular
         shares = (-1.0, -0.5, 0.0, 0.5, 1.0)
+        sharpest = self._robot.drive.max_curvature
+        if math.isfinite(sharpest):  # a car turns only while it drives
+            return [
+                Twist2D(linear * along, sharpest * abs(linear * along) * round_)
+                for along in shares
+                for round_ in shares
+                if along
+            ]
         return [
             Twist2D(linear * along, angular * round_)
             for along in shares

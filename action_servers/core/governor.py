@@ -18,12 +18,19 @@ from action_servers.core.checks import stale
 from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame, pose_at
 from action_servers.core.drive_limits import speed_to_stop_in
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.footprint import footprint, free_angle, free_distance
+from action_servers.core.footprint import (
+    Footprint,
+    footprint,
+    free_angle,
+    free_distance,
+    free_slide,
+)
 from action_servers.core.give_way import GiveWay
 from action_servers.core.grid import Floats
 from action_servers.core.limits import SLOWEST_DRIVE, SLOWEST_TURN
 from action_servers.core.maneuver import ZERO, Held, Observation, Reason, Scan
 from action_servers.core.progress import Progress
+from action_servers.core.steering import Steering
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -60,6 +67,11 @@ class Governor:
         self._robot = robot
         self._fastest, self._sharpest = robot.max_linear_velocity, robot.max_angular_velocity
         self._room = Room(robot)
+        is_car = math.isfinite(robot.drive.max_curvature)
+        self._steering = Steering(robot) if is_car else None
+        self._in_room = self._room.allow
+        if is_car or robot.drive.slide_velocity or not robot.sees_behind:
+            self._in_room = self._allow_motion
         self.notes: list[str] = []
         """Notes to log for this goal, each once; the caller that logs them clears the list."""
         self.begin()
@@ -105,8 +117,8 @@ class Governor:
         fastest, sharpest = self._fastest, self._sharpest
         if not (-fastest <= linear <= fastest and -sharpest <= angular <= sharpest):
             linear = max(-fastest, min(linear, fastest))
-            wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)))
-        twist, obstacle = self._room.allow(wanted, now)
+            wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)), wanted.lateral)
+        twist, obstacle = self._in_room(wanted, now)
         self._commanded = self.give_way.command(now, twist)
         if self.give_way.times or self.give_way.is_trapped:
             self.notes += self.give_way.notes()
@@ -117,6 +129,28 @@ class Governor:
         else:
             self._held = None
         return Allowed(self._commanded, None if self._held is None else self._held.by)
+
+    def _allow_motion(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
+        """Return the twist of a base that is a car, slides, or is blind behind; and the obstacle.
+
+        A turn of a car has two strokes to try.
+        """
+        steering = self._steering
+        if steering is None:
+            most = self._robot.drive.slide_velocity
+            lateral = max(-most, min(wanted.lateral, most))
+            return self._allow_seen(Twist2D(wanted.linear, wanted.angular, lateral), now)
+        twist, obstacle = self._allow_seen(steering.arc(wanted, now), now)
+        if not obstacle or twist != ZERO:
+            return twist, obstacle
+        other = steering.other_stroke(wanted, now)
+        return (twist, obstacle) if other is None else self._allow_seen(other, now)
+
+    def _allow_seen(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
+        """Return the twist that the room allows, never towards what no lidar looks at."""
+        if wanted.linear < 0.0 and not self._robot.sees_behind:
+            return ZERO, "no lidar looks behind"
+        return self._room.slide(wanted, now) if wanted.lateral else self._room.allow(wanted, now)
 
     def _hold(self, now: Observation, by: Reason, words: str, twist: Twist2D) -> None:
         held = self._held
@@ -195,6 +229,39 @@ class Room:
             return ZERO, words
         share = min(1.0, allowed / speed)
         return Twist2D(wanted.linear * share, wanted.angular * share), words
+
+    def slide(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
+        """Return the fastest slide in the wanted direction; it turns only if the circle is free.
+
+        While it turns, the hull is taken for the circle that it sweeps.
+        """
+        if now.scan is None or now.odom is None:
+            return wanted, ""
+        if now.scan is not self._scan:
+            self._take(now, now.scan)
+        robot, body = self._robot, self._body
+        speed = math.hypot(wanted.linear, wanted.lateral)
+        delay_s = 1.0 / robot.control_rate + max(0.0, now.time_s - now.odom_stamp_s)
+        margin = self.tuning.stop_margin
+        needed = speed * (delay_s + speed / robot.max_linear_acceleration) + margin
+        points = into_frame(now.odom, self._near())
+        if wanted.angular:
+            radius = body.turning_radius
+            body = Footprint(radius, -radius, radius, radius)
+        direction = math.atan2(wanted.lateral, wanted.linear)
+        room = free_slide(points, body, direction, needed)
+        if room >= needed:
+            return wanted, ""
+        words = "an obstacle is in the way, aside"
+        deceleration = _GENTLE * robot.max_linear_acceleration
+        allowed = speed_to_stop_in(room - margin, deceleration=deceleration, delay_s=delay_s)
+        if allowed < min(SLOWEST_DRIVE, speed):
+            return ZERO, words
+        share = min(1.0, allowed / speed)
+        return (
+            Twist2D(wanted.linear * share, wanted.angular * share, wanted.lateral * share),
+            words,
+        )
 
     def _take(self, now: Observation, scan: Scan) -> None:
         self._scan, self._points = scan, None

@@ -83,7 +83,7 @@ class Progress:
         odometer = self._odometer
         odometer.update(now)
         for watch, done, speed in (
-            (self._linear, odometer.distance, commanded.linear),
+            (self._linear, odometer.distance, commanded.linear or commanded.lateral),
             (self._angular, odometer.yaw, commanded.angular),
         ):
             if speed == 0.0:

@@ -45,7 +45,9 @@ def rolled_out(
     """
     linear = np.full(len(arcs), velocity.linear)
     angular = np.full(len(arcs), velocity.angular)
-    wanted = np.array([(arc.linear, arc.angular) for arc in arcs])
+    lateral = np.full(len(arcs), velocity.lateral)
+    wanted = np.array([(arc.linear, arc.angular, arc.lateral) for arc in arcs])
+    slides = velocity.lateral != 0.0 or bool(wanted[:, 2].any())
     poses = np.zeros((len(arcs), len(times), 3))
     step = limits.acceleration * STEP_S, limits.angular_acceleration * STEP_S
     for index in range(1, len(times)):
@@ -57,6 +59,10 @@ def rolled_out(
         poses[:, index, 0] = x + linear * np.cos(middle) * STEP_S
         poses[:, index, 1] = y + linear * np.sin(middle) * STEP_S
         poses[:, index, 2] = yaw + angular * STEP_S
+        if slides:
+            lateral = lateral + np.clip(to[:, 2] - lateral, -step[0], step[0])
+            poses[:, index, 0] -= lateral * np.sin(middle) * STEP_S
+            poses[:, index, 1] += lateral * np.cos(middle) * STEP_S
     return poses
 
 

@@ -39,15 +39,19 @@ def limits(robot: RobotModel, tuning: Tuning) -> Limits:
     )
 
 
-def misfit(goal: Any, *, backwards: bool) -> str | None:
+def misfit(goal: Any, robot: RobotModel, *, backwards: bool) -> str | None:
     """Return why a goal is aborted at once, or None.
 
     Backwards, the signs of distance and speed do not matter, as in Nav2. The plan refuses numbers
-    that are not finite.
+    that are not finite. A base that slides also drives to a point aside, at a positive speed.
     """
     target, speed = goal.target, goal.speed
     if not math.isfinite(target.y + target.z):
         return None
+    if target.y != 0.0 and target.z == 0.0 and robot.drive.slide_velocity and not backwards:
+        if speed >= SLOWEST_DRIVE:
+            return None
+        return f"speed must be {SLOWEST_DRIVE:g} m/s or more, got {speed:g}"
     if target.y != 0.0 or target.z != 0.0:
         return f"target.y and target.z must be 0, got {target.y:g} and {target.z:g}"
     if not backwards and (target.x > 0.0) != (speed > 0.0):
@@ -60,7 +64,8 @@ def misfit(goal: Any, *, backwards: bool) -> str | None:
 
 def feedback(goal: Any) -> FeedbackRanges:
     """Return the range of the distance."""
-    return {"distance_traveled": around(abs(goal.target.x), OVERSHOOT_M)}
+    way = math.hypot(goal.target.x, goal.target.y)
+    return {"distance_traveled": around(way, OVERSHOOT_M)}
 
 
 def plan_back_up(
@@ -83,11 +88,13 @@ def _plan(
     if not math.isfinite(goal.target.y + goal.target.z):
         return Refusal("target must be finite")
     allowance = seconds_of(goal.time_allowance)
-    return Straight(distance, abs(goal.speed), allowance, codes, robot, tuning)
+    return Straight(distance, abs(goal.speed), allowance, codes, robot, tuning, goal.target.y)
 
 
 class Straight:
     """Drives by `distance` (metres, negative for backwards) at up to `speed` (m/s, positive).
+
+    A base that slides also moves by `aside` metres to the left, without turning.
 
     It brakes in time to stop at the end, and before an obstacle on its way.
     """
@@ -102,10 +109,12 @@ class Straight:
         codes: Codes,
         robot: RobotModel,
         tuning: Tuning = TUNING,
+        aside: float = 0.0,
     ) -> None:
-        self._length = abs(distance)
+        self._length = math.hypot(distance, aside)
         self._direction = math.copysign(1.0, distance)
-        self._speed = speed
+        self._heading = (distance / self._length, aside / self._length) if aside else None
+        self._speed = min(speed, robot.drive.slide_velocity) if aside else speed
         self._codes = codes
         self._drive = Drive(robot, tuning)
         self._allowance = Allowance(allowance_s, codes)
@@ -135,6 +144,8 @@ class Straight:
             done = f"{self._drive.distance:.2f} of {self._length:.2f} m"
             return now.held.ended(f", after {done}")
         speed = self._drive.speed_ahead(now, remaining, self._speed)
+        if self._heading is not None:
+            return Twist2D(self._heading[0] * speed, 0.0, self._heading[1] * speed)
         return Twist2D(self._direction * speed, 0.0)
 
 

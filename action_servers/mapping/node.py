@@ -83,7 +83,7 @@ class MapperNode(RobotNode):
         self._published: tuple[float, int] | None = None
         self._updates = 0
         wiring = self.declare_all(SensorWiring())
-        self._sensors = SensorSubscriptions(self, wiring, robot.lidar, listen_to_map=False)
+        self._sensors = SensorSubscriptions(self, wiring, robot, listen_to_map=False)
         self._map_frame = wiring.map_frame
         self._map_out = self.create_publisher(OccupancyGrid, wiring.map, LATCHED)
         self._coverage_out = self.create_publisher(CoverageMessage, "coverage", LATCHED)

@@ -31,7 +31,7 @@ MOST_POSES = 1_000
 """Poses of a goal: each is checked and placed on the map between two control steps."""
 
 
-def pose_misfit(goal: Any) -> str | None:
+def pose_misfit(goal: Any, _robot: RobotModel) -> str | None:
     """Return why a goal of `navigate_to_pose` is invalid, or None."""
     return None if goal.pose.header.frame_id else "the pose is missing, or its header.frame_id"
 
@@ -192,7 +192,7 @@ NAVIGATE_THROUGH_POSES = Action(
     needs=("base", "scan", "odometry", "map"),
     example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
     plan=plan_navigate_through_poses,
-    misfit=through_poses_misfit,
+    misfit=lambda goal, _: through_poses_misfit(goal),
     codes=NAVIGATION_CODES,
     feedback=through_poses_feedback,
 )
@@ -203,7 +203,7 @@ FOLLOW_WAYPOINTS = Action(
     needs=("base", "scan", "odometry", "map"),
     example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
     plan=plan_follow_waypoints,
-    misfit=waypoints_misfit,
+    misfit=lambda goal, _: waypoints_misfit(goal),
     codes=(ErrorCode.WAYPOINTS_UNKNOWN,),
     feedback=lambda goal: {"current_waypoint": (0.0, max(0, len(goal.poses) - 1))},
 )

@@ -32,7 +32,7 @@ class Surroundings:
         """Called with each path that is planned: points in the map, `n x 2` m."""
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
-        self.cost: CostModel = cost_model(robot.turning_radius, tuning)
+        self.cost: CostModel = cost_model(robot.passing_radius, tuning)
         self._poses = PoseHistory()
         self._grid: Grid | None = None
         self._scan: Scan | None = None

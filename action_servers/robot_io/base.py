@@ -100,7 +100,7 @@ class CommandPublisher:
         if publisher is None or not self._context.ok():
             return  # the shutdown of the context has destroyed the publisher
         set_ns(self._stamp, clock_ns(self._clock) if stamp_ns is None else stamp_ns)
-        publisher.publish(self._message.packed(twist.linear, twist.angular))
+        publisher.publish(self._message.packed(twist.linear, twist.lateral, twist.angular))
 
     def watch(self) -> str | None:
         """Check the subscriptions; return why the robot would not receive commands, or None."""
@@ -139,7 +139,7 @@ class CommandPublisher:
         if self.type == STAMPED:
             message.header.stamp, message.header.frame_id = self._stamp, self._frame
             twist = message.twist
-        parts = [(twist, ("linear.x", "angular.z"))]
+        parts = [(twist, ("linear.x", "linear.y", "angular.z"))]
         self._message = MessageTemplate(message, self._stamp, parts, serialize_message)
         self._publisher = self._node.create_publisher(type(message), self._topic, 10)
         self._log.info(f"commands go to {self._topic} as {self.type}")

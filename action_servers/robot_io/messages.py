@@ -102,6 +102,7 @@ _ODOMETRY = (
     "pose.pose.position.y",
     *(f"pose.pose.orientation.{axis}" for axis in "xyzw"),
     "twist.twist.linear.x",
+    "twist.twist.linear.y",
     "twist.twist.angular.z",
 )
 
@@ -113,12 +114,13 @@ def odometry_picker() -> Picker:
 
 def odometry_of(picked: Picked) -> OdometryMessage | None:
     """Translate a `nav_msgs/Odometry`; None for a number that is not finite."""
-    sec, nanosec, x, y, qx, qy, qz, qw, linear, angular = picked.numbers
+    sec, nanosec, x, y, qx, qy, qz, qw, linear, lateral, angular = picked.numbers
     pose = planar_pose(x, y, qx, qy, qz, qw)
-    if pose is None or not math.isfinite(linear + angular):
+    if pose is None or not math.isfinite(linear + lateral + angular):
         return None
     stamp_s = seconds(sec * NS + nanosec)
-    return OdometryMessage(stamp_s, picked.texts["header.frame_id"], pose, Twist2D(linear, angular))
+    velocity = Twist2D(linear, angular, lateral)
+    return OdometryMessage(stamp_s, picked.texts["header.frame_id"], pose, velocity)
 
 
 def pose_of(message: Any) -> Pose2D | None:

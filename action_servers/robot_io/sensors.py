@@ -22,7 +22,8 @@ from sensor_msgs.msg import Image as ImageMessage
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.maneuver import Image, Observation
+from action_servers.core.maneuver import Image, Observation, Scan
+from action_servers.core.merged_scan import ScanMerger
 from action_servers.robot_io.frames import Frames, PlaceOnMap
 from action_servers.robot_io.messages import (
     grid_of,
@@ -35,7 +36,7 @@ from action_servers.robot_io.messages import (
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.parameters import text
-from bt_mission.core.robot.model import LidarModel
+from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import clock_ns
 
@@ -171,19 +172,26 @@ class CameraUser:
 class SensorSubscriptions:
     """The subscriptions of a node, and the observation of the robot from them.
 
-    The limits of a scan are the narrower ones of message and `lidar`: the driver of the LDS-02
-    reports 0 to 100 m. `listen_to_map` is False for the mapper itself.
+    The limits of a scan are the narrower ones of message and robot: the driver of the LDS-02
+    reports 0 to 100 m. The scans of several lidars are merged. `listen_to_map` is False for the
+    mapper itself.
     """
 
     def __init__(
-        self, node: Node, wiring: SensorWiring, lidar: LidarModel, *, listen_to_map: bool = True
+        self, node: Node, wiring: SensorWiring, robot: RobotModel, *, listen_to_map: bool = True
     ) -> None:
         self._node = node
         self._clock = node.get_clock()
         self._log: Any = log_of(node)
-        self._scan = Latest(
-            decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
-        )
+        lidars = robot.all_lidars
+        self._scans = {
+            topic: Latest(
+                decoder_of("sensor_msgs/msg/LaserScan").decode, partial(scan_of, lidar=lidar)
+            )
+            for topic, lidar in lidars.items()
+        }
+        self._scan = self._scans["scan"]
+        self._merger = ScanMerger(tuple(lidars.values())) if len(lidars) > 1 else None
         self._odometry = Latest(odometry_picker().pick, odometry_of)
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._newest_read: bytes | None = None
@@ -194,7 +202,9 @@ class SensorSubscriptions:
         self._frames = Frames(wiring.map_frame)
         self.camera = CameraStream(node, wiring.camera)
         listen = partial(self._listen, largest=LARGEST_STATE)
-        self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST, largest=LARGEST_SCAN)
+        for topic, scan in self._scans.items():
+            name = wiring.scan + topic.removeprefix("scan")
+            self._listen(LaserScan, name, scan.take, NEWEST, largest=LARGEST_SCAN)
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
         listen(TFMessage, wiring.tf, self._frames.moving.append, TRANSFORMS)
         if listen_to_map:
@@ -239,12 +249,16 @@ class SensorSubscriptions:
             odom=odometry.pose if odometry else None,
             odom_stamp_s=odometry.stamp_s if odometry else 0.0,
             velocity=odometry.velocity if odometry else None,
-            scan=self._scan.value(),
+            scan=self._scan.value() if self._merger is None else self._merged_scan(),
             map_pose=self._pose_on_map() if on_map else None,
             grid=self._grid.value() if on_map else None,
             image=self.camera.value(),
             frame_on_map=self._frames.on_map if on_map else None,
         )
+
+    def _merged_scan(self) -> Scan | None:
+        assert self._merger is not None
+        return self._merger.merged([scan.value() for scan in self._scans.values()])
 
     def _pose_on_map(self) -> Pose2D | None:
         odometry = self._odometry.value()

@@ -96,7 +96,7 @@ class ServersNode(RobotNode):
         robot = limited(self, robot)
         declare_server_parameters(self, robot, options.image_folder)
         tuning = self.declare_all(TUNING)
-        self._sensors = SensorSubscriptions(self, sensors, robot.lidar)
+        self._sensors = SensorSubscriptions(self, sensors, robot)
         self._base = CommandPublisher(self, commands, self._lose_base)
         self._governor = Governor(robot, tuning)
         self._pilot = Pilot(

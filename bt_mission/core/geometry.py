@@ -18,10 +18,14 @@ class Pose2D:
 
 @dataclass(frozen=True, slots=True)
 class Twist2D:
-    """Velocity of the base: `linear` in m/s (forward is positive), `angular` in rad/s (left is)."""
+    """Velocity of the base: `linear` in m/s (forward is positive), `angular` in rad/s (left is).
+
+    `lateral` in m/s, to the left, is only of bases that slide.
+    """
 
     linear: float = 0.0
     angular: float = 0.0
+    lateral: float = 0.0
 
 
 def wrap(angle: float) -> float:

@@ -94,7 +94,9 @@ class ServerGoalRules:
                 yield self._refusal(document, node, limit, why, value)
             elif value is not None and isinstance(limit, NumberLimit):
                 yield from _suspicion(document, node, limit, value)
-        misfit = None if refused or _has_unknown(values) else rules.misfit(_as_goal(values))
+        misfit = None
+        if not refused and not _has_unknown(values):
+            misfit = rules.misfit(_as_goal(values), self._robot)
         if misfit is not None:
             path = (*node.path, *node.sent_path)
             message = f"{misfit}: the server of {node.ros_name} cannot do that"

@@ -21,7 +21,7 @@ class PoseChecker:
         self._world = world
         drawn = rasterise(world)
         grid = Grid(drawn.resolution, *drawn.origin, drawn.cells)
-        self._roads = road_map(survey(grid), cost_model(robot.turning_radius))
+        self._roads = road_map(survey(grid), cost_model(robot.passing_radius))
 
     def fault(self, x: float, y: float) -> str | None:
         """Return why no robot can reach a point of the map, in metres, or None."""

@@ -43,6 +43,7 @@ def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
     sensors = {name: part for name, part in robot if isinstance(part, MountedSensor)}
     rates: dict[tuple[str, ...], float] = {("odometry_rate",): robot.odometry_rate}
     rates |= {(name, "rate"): part.rate for name, part in sensors.items()}
+    rates |= {("lidars", name, "rate"): part.rate for name, part in robot.lidars.items()}
     for path, rate in rates.items():
         try:
             period_of(rate, ".".join(path))

@@ -43,6 +43,10 @@ A robot that drives against a wall then stalls and stands. With enough strength 
 grip and slip in turns, and it trembles by 6 mm.
 """
 
+GEARS = 0.4
+"""The part of its weight with which the gears of a planar base brake it without power: that of a
+TurtleBot3."""
+
 GEAR_FRICTION = 0.1
 """N m: the torque with which a motor's gear brakes a wheel without power (frictionloss of the
 joints in ROBOTIS's MuJoCo models).

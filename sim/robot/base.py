@@ -20,7 +20,7 @@ import numpy.typing as npt
 from bt_mission.core.robot.drives import AckermannDrive, OmnidirectionalDrive, SkidSteerDrive
 from bt_mission.core.robot.model import RobotModel
 from sim.faults import WheelFaults
-from sim.physics.names import BASE, GEAR_FRICTION, GRIP, PUSH, SERVOS, STEP_NS, WHEELS
+from sim.physics.names import BASE, GEARS, GRIP, PUSH, SERVOS, STEP_NS, WHEELS
 from sim.physics.physics import Physics
 from sim.physics.wheels import Wheels
 from sim.robot.drive import DifferentialController, PlanarController
@@ -147,7 +147,7 @@ class PlanarBase:
         self._limited: tuple[float, bool] | None = None
         self._faults = WheelFaults()
         self._powered = True
-        self._passive = float(len(self._rows) * GEAR_FRICTION / robot.drive.wheel_radius)
+        self._passive = GEARS * self._weight
         self._encoders = Encoders(robot.sensors.odometry.slip, seed, prefix, len(self._rows))
         self.controller = PlanarController(robot, STEP_NS / 1e9)
         self.odometry = PlanarOdometry(robot, self._rows)

@@ -72,7 +72,8 @@ class SimulatedRobot:
             for kind in SENSORS
             if kind not in present
         }
-        self.faults = RobotFaultState(PARTS, self._base.set_faults, lacks)
+        parts = {**PARTS, **{kind.name: kind.breaks for kind in present}}
+        self.faults = RobotFaultState(parts, self._base.set_faults, lacks)
         """The present faults."""
         self._contacts = Contacts(model, physics.names, prefix)
         self._new_collisions: list[Collision] = []

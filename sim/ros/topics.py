@@ -105,7 +105,7 @@ class RobotPublishers:
         self._make_motors()
         fields = _COMMAND[command_type]
         if robot.robot.drive.slide_velocity:
-            fields = (*fields, fields[-2].removesuffix("x") + "y")
+            fields = (*fields[:-1], fields[-2].removesuffix("x") + "y", fields[-1])
         self._slides = len(fields) > len(_COMMAND[command_type])
         self._commands = Picker(decoder_of(COMMAND_TYPES[command_type]), fields)
         node.create_subscription(
@@ -140,7 +140,8 @@ class RobotPublishers:
             numbers: Sequence[Any] = self._commands.pick(data).numbers
             lateral = 0.0
             if self._slides:
-                *numbers, lateral = numbers
+                *stamp, linear, lateral, angular = numbers
+                numbers = *stamp, linear, angular
             *stamp, linear, angular = numbers
             stamp_ns = stamp[0] * NS + stamp[1] if stamp else 0
             if stamp_ns:
@@ -213,7 +214,7 @@ class RobotPublishers:
         )
         wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
         slides = robot.robot.drive.slide_velocity > 0
-        sliding = (*PLANAR_MOTION, "twist.twist.linear.y")
+        sliding = (*PLANAR_MOTION[:-1], "twist.twist.linear.y", PLANAR_MOTION[-1])
         odometry = self._packed(reckoned, (reckoned, sliding if slides else PLANAR_MOTION))
         truth = self._packed(true, (true, PLANAR_MOTION))
         wheels_out = self._publisher(JointState, "joint_states")
@@ -232,7 +233,7 @@ class RobotPublishers:
             if odometry_out.get_subscription_count() and not faults["odometry"].dead:
                 motion: tuple[float, ...] = reading.linear, reading.angular
                 if slides:
-                    motion = (*motion, reading.lateral)
+                    motion = reading.linear, reading.lateral, reading.angular
                 odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
             to_odom = robot.localization.map_to_odom(robot.pose, here, robot.physics.time_ns)
             if moving_out.get_subscription_count() and not faults["odometry"].dead:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 import math
 from collections.abc import Mapping
+from functools import cache
 from statistics import NormalDist
 from typing import Annotated, Any
 
@@ -72,12 +73,19 @@ class Lidar:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, robot: RobotModel, seed: int, prefix: str = ""
+        self,
+        model: mujoco.MjModel,
+        robot: RobotModel,
+        seed: int,
+        prefix: str = "",
+        spec: LidarModel | None = None,
+        name: str = "",
     ) -> None:
-        spec = robot.lidar
+        spec = spec or robot.lidar
+        base, prefix = prefix, prefix + name
         self._spec = spec
         self._model = model
-        self._base = model.body(prefix + BASE).id
+        self._base = model.body(base + BASE).id
         self._offset = np.array([spec.x, spec.y, spec.z])
         self._varies = spec.model == "LDS-02"
         self._noisy = robot.sensors.lidar.noise
@@ -249,7 +257,9 @@ class LidarSensor(Sensor):
 
     def __init__(self, mount: Mount) -> None:
         super().__init__(mount)
-        self._lidar = Lidar(mount.physics.model, mount.robot, mount.seed, mount.prefix)
+        name = "" if self.name == "lidar" else f"{self.name} "
+        model, prefix = mount.physics.model, mount.prefix
+        self._lidar = Lidar(model, mount.robot, mount.seed, prefix, self.spec, name)
         self.fields = () if self.spec.model == "LDS-02" else ("ranges",)
         self.restart()
 
@@ -316,3 +326,19 @@ class LidarSensor(Sensor):
         step = math.tau / len(ranges)
         message.angle_max, message.angle_increment = step * (len(ranges) - 1), step
         message.ranges = array.array("f", ranges.tobytes())
+
+
+@cache
+def further_lidar(name: str) -> type[LidarSensor]:
+    """Return the kind of sensor of a further lidar, by its name in the robot's file."""
+
+    def figures(_: Any, robot: RobotModel) -> LidarModel | None:
+        return robot.lidars.get(name)
+
+    fields = {
+        "name": f"lidar_{name}",
+        "topic": f"scan_{name}",
+        "frame": f"base_scan_{name}",
+        "figures": classmethod(figures),
+    }
+    return type(f"Lidar_{name}", (LidarSensor,), fields)

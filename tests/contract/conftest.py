@@ -12,15 +12,24 @@ from bt_mission.core.robot.model import load_robot
 from tests.support.bench import Bench
 from tests.support.fake_robot import FakeRobot
 from tests.support.served import BESIDE, DRIVING, SERVED
+from tests.support.thorough import sample
+
+ROBOTS = ("waffle", "turtlebot4", "rosbot", "f1tenth", "husky")
+
+
+@pytest.fixture(params=sample(ROBOTS, every=len(ROBOTS)))
+def robot(request):
+    """Every shipped robot with a camera: what all actions need."""
+    return load_robot(request.param)
 
 
 @pytest.fixture
-def make_bench(tmp_path):
+def make_bench(tmp_path, robot):
     """Make a bench: `make_bench(**parameters)`; the robot has not been heard of."""
     made: list[Bench] = []
 
     def make(**parameters):
-        fake = FakeRobot(load_robot("waffle"))
+        fake = FakeRobot(robot)
         made.append(Bench(fake, tmp_path / "images", parameters))
         return made[-1]
 

@@ -14,9 +14,9 @@ POSE_PARTS = [("position", "x"), ("position", "y"), ("orientation", "z"), ("orie
 FAR = (1e6, -1e6, 1e300)
 
 
-def test_bad_values_are_rejected_and_nothing_moves(bench, name):
+def test_bad_values_are_rejected_and_nothing_moves(bench, robot, name):
     """In every field of the goal, before acceptance; then a sound goal is accepted as usual."""
-    for bad_goal in SERVED[name].bad_goals():
+    for bad_goal in SERVED[name].bad_goals(robot):
         bad = bench.send(name, bad_goal)
         bench.steps(1)
         assert bad.accepted is False, bad_goal
@@ -27,11 +27,11 @@ def test_bad_values_are_rejected_and_nothing_moves(bench, name):
     assert sound.accepted is True
 
 
-def test_every_number_of_a_goal_has_a_limit(name):
+def test_every_number_of_a_goal_has_a_limit(robot, name):
     """A field that is added is not forgotten in the declaration."""
     fields = SERVED[name].type.Goal.get_fields_and_field_types()
     harmless = {"behavior_tree", "number_of_loops", "goal_index"}
-    limited = {limit.field.partition(".")[0] for limit in SERVED[name].limits}
+    limited = {limit.field.partition(".")[0] for limit in SERVED[name].limits(robot)}
     assert limited == fields.keys() - SERVED[name].poses.keys() - harmless
 
 

@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from bt_mission.core.files import names
 from bt_mission.core.yaml.document import read_text
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.goal_checks import with_parameters
@@ -24,7 +25,8 @@ def test_a_world_or_robot_from_the_command_line_is_told_as_such():
     """There is no line in the file to point at."""
     text = "mission: m\nworld: dqn_stage4\ntree: {wait: 1}"
     (robot, world) = sorted(first_lines(text, world="x", robot="y"))
-    assert robot.startswith("--robot: error: unknown robot 'y' (known: burger, turtlebot4, waffle)")
+    known = ", ".join(names("robots"))
+    assert robot.startswith(f"--robot: error: unknown robot 'y' (known: {known})")
     assert world.startswith("--world: error: unknown world 'x' (known: ")
     assert first_lines(text) == []
 

@@ -30,7 +30,7 @@ class FakeRobot:
         self.walls = np.array(list(walls), dtype=float).reshape(-1, 4)
         self.time_s = 10.0
         self.x = self.y = self.yaw = 0.0
-        self.linear = self.angular = 0.0
+        self.linear = self.angular = self.lateral = 0.0
         self.stuck = False
         self.scan_period_s = 0.1
         self.sees_images = False
@@ -50,7 +50,7 @@ class FakeRobot:
             time_s=self.time_s,
             odom=Pose2D(self.x, self.y, math.remainder(self.yaw, math.tau)),
             odom_stamp_s=self.time_s,
-            velocity=Twist2D(self.linear, self.angular),
+            velocity=Twist2D(self.linear, self.angular, self.lateral),
             scan=self._scan,
             image=self._image,
         )
@@ -65,11 +65,15 @@ class FakeRobot:
                 continue
             most = self.robot.max_linear_acceleration * PHYSICS_STEP_S
             self.linear += float(np.clip(twist.linear - self.linear, -most, most))
+            self.lateral += float(np.clip(twist.lateral - self.lateral, -most, most))
             most = self.robot.max_angular_acceleration * PHYSICS_STEP_S
             self.angular += float(np.clip(twist.angular - self.angular, -most, most))
             self.yaw += self.angular * PHYSICS_STEP_S
             self.x += self.linear * math.cos(self.yaw) * PHYSICS_STEP_S
             self.y += self.linear * math.sin(self.yaw) * PHYSICS_STEP_S
+            if self.lateral:
+                self.x -= self.lateral * math.sin(self.yaw) * PHYSICS_STEP_S
+                self.y += self.lateral * math.cos(self.yaw) * PHYSICS_STEP_S
 
     def step(self, step: Callable[[Observation], T]) -> T:
         """Make a control step, governed as by the pilot; return what the maneuver answers."""

@@ -51,6 +51,8 @@ class RobotNode(Node):
         self.next_due_ns = start_ns + PERIOD_NS
         self.create_subscription(TwistStamped, "cmd_vel", self._obey, 10)
         self._scan = self.create_publisher(LaserScan, "scan", BEST_EFFORT)
+        further = list(fake.robot.all_lidars)[1:]
+        self._further = [self.create_publisher(LaserScan, name, BEST_EFFORT) for name in further]
         self._odom = self.create_publisher(Odometry, "odom", 10)
         self._tf = self.create_publisher(TFMessage, "tf", 100)
         self._map = self.create_publisher(OccupancyGrid, "map", LATCHED)
@@ -60,7 +62,8 @@ class RobotNode(Node):
         self._map_is_out = False
 
     def _obey(self, message: TwistStamped) -> None:
-        self.command = Twist2D(message.twist.linear.x, message.twist.angular.z)
+        twist = message.twist
+        self.command = Twist2D(twist.linear.x, twist.angular.z, twist.linear.y)
         self.on_command(self.command)
 
     def advance_to(self, time_ns: int) -> None:
@@ -83,6 +86,8 @@ class RobotNode(Node):
         transform.header.frame_id, transform.child_frame_id = "map", "odom"
         for topic, publisher, message in (
             ("scan", self._scan, scan_message(now.scan, self.rays)),
+            # What the first lidar sees is enough: it sees all around.
+            *(("scan", each, scan_message(now.scan, self.rays)) for each in self._further),
             ("odom", self._odom, odometry_message(now)),
             ("tf", self._tf, TFMessage(transforms=[transform])),
             ("camera", self.camera, Image(height=2, width=3, step=9, encoding="rgb8")),
@@ -114,6 +119,7 @@ def odometry_message(now: Any) -> Odometry:
     message.header.frame_id, message.child_frame_id = "odom", "base_footprint"
     message.pose.pose = pose(now.odom.x, now.odom.y, math.degrees(now.odom.yaw)).pose
     message.twist.twist.linear.x = now.velocity.linear
+    message.twist.twist.linear.y = now.velocity.lateral
     message.twist.twist.angular.z = now.velocity.angular
     return message
 

@@ -16,14 +16,13 @@ from action_servers.core.limits import ColourLimit, Limit
 from action_servers.core.tuning import TUNING
 from action_servers.server.actions import action, generated_type
 from bt_mission.core.actions import declared
-from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.model import RobotModel
 from bt_mission.ros.interface_types import fill
 
 HUGE = 3.0e38
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 LEAST, MOST = -(2**31), 2**31 - 1
 TOPICS = {"scan": "scan", "odometry": "odom", "camera": "camera"}
-WAFFLE = load_robot("waffle")
 
 
 @dataclass(frozen=True)
@@ -55,10 +54,9 @@ class Served:
             else tuple(sensor for sensor in self.watches if sensor != "camera")
         )
 
-    @property
-    def limits(self) -> tuple[Limit, ...]:
-        """The limits of its goals."""
-        return self.action.limits(WAFFLE, TUNING)
+    def limits(self, robot: RobotModel) -> tuple[Limit, ...]:
+        """Return the limits of its goals for a robot."""
+        return self.action.limits(robot, TUNING)
 
     @property
     def poses(self) -> dict[str, str]:
@@ -66,10 +64,10 @@ class Served:
         fields = self.type.Goal.get_fields_and_field_types()
         return {field: kind for field, kind in fields.items() if "PoseStamped" in kind}
 
-    def bad_goals(self) -> Iterator[Any]:
+    def bad_goals(self, robot: RobotModel) -> Iterator[Any]:
         """Yield goals that are rejected, each for one value of one field."""
         valid = fill(self.type.Goal(), self.action.example)
-        for limit in self.limits:
+        for limit in self.limits(robot):
             parent, _, name = limit.field.rpartition(".")
             for value in _outside(limit, attrgetter(limit.field)(valid)):
                 bad = copy.deepcopy(valid)

@@ -33,6 +33,7 @@ _WHOLE_DIGITS = 9
 Error = Annotated[float, Field(ge=-0.5, le=0.5, allow_inf_nan=False)]
 Bearing = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+LidarKey = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,19}$")]
 LidarName = Literal["LDS-01", "LDS-02"]
 
 LDS_02_SAMPLES = 2300.0
@@ -184,7 +185,8 @@ class SensorsModel(RobotPart):
 class RobotModel(RobotPart):
     """A mobile base, in m, s, kg, rad and Hz unless another unit is named.
 
-    `robots/*.yaml` has the source of every number.
+    `robots/*.yaml` has the source of every number. `lidars` are further lidars by their names: a
+    lidar `rear` publishes the topic `scan_rear` in the frame `base_scan_rear`.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -202,6 +204,7 @@ class RobotModel(RobotPart):
     body: Body
     odometry_rate: Positive = 20.0
     lidar: LidarModel
+    lidars: dict[LidarKey, LidarModel] = Field(default_factory=dict)
     camera: CameraModel | None = None
     imu: ImuModel
     battery: BatteryModel = BatteryModel()
@@ -212,6 +215,34 @@ class RobotModel(RobotPart):
         model = sensors.lidar.model
         lidar = self.lidar if model is None else self.lidar.as_model(model)
         return self.model_copy(update={"sensors": sensors, "lidar": lidar})
+
+    @cached_property
+    def passing_radius(self) -> float:
+        """The distance from its path that the base needs while it follows it, m.
+
+        A car does not turn on the spot. On its sharpest arc, a corner of its hull sweeps this far
+        outside of the path of its origin.
+        """
+        sharpest = self.drive.max_curvature
+        if math.isinf(sharpest):
+            return self.turning_radius
+        hull, arc = self.hull, 1.0 / sharpest
+        return math.hypot(arc + hull.half_width, max(hull.front, -hull.rear)) - arc
+
+    @property
+    def all_lidars(self) -> dict[str, LidarModel]:
+        """All lidars by their topics; the first is `lidar`."""
+        others = {f"scan_{name}": lidar for name, lidar in self.lidars.items()}
+        return {"scan": self.lidar, **others}
+
+    @cached_property
+    def sees_behind(self) -> bool:
+        """Whether a lidar looks at the ground behind the base."""
+        for lidar in self.all_lidars.values():
+            first, last = lidar.sector or (0.0, 360.0)
+            if (180.0 - lidar.yaw - first) % 360.0 <= last - first:
+                return True
+        return False
 
     @cached_property
     def hull(self) -> Hull:

@@ -77,8 +77,8 @@ def test_the_example_becomes_a_maneuver(name):
 @pytest.mark.parametrize("name", declared())
 def test_every_goal_outside_the_limits_is_refused(name):
     """With the field and the value."""
-    fields = [limit.field for limit in SERVED[name].limits]
-    for bad in SERVED[name].bad_goals():
+    fields = [limit.field for limit in SERVED[name].limits(CONTEXT.robot)]
+    for bad in SERVED[name].bad_goals(CONTEXT.robot):
         refused = planned(name, bad)
         assert isinstance(refused, Refusal)
         assert refused.reason.startswith((*fields, "no such colour"))

@@ -50,7 +50,7 @@ def test_every_limit_names_a_field_of_the_type(name):
         assert shape.asks is not None
         assert value_type(field_at(shape.asks, field)) in ("integer", "number")
     assert not any(faults(goal, result.limits(WAFFLE, TUNING)))
-    assert result.misfit(goal) is None
+    assert result.misfit(goal, WAFFLE) is None
 
 
 @pytest.mark.parametrize("name", declared())
@@ -59,7 +59,7 @@ def test_a_goal_of_each_type_can_be_checked(name):
     result = action(name)
     goal = action_type(result.type).Goal()
     assert all(fault is None or fault for fault in faults(goal, result.limits(WAFFLE, TUNING)))
-    assert result.misfit(goal) is None or result.misfit(goal)
+    assert result.misfit(goal, WAFFLE) is None or result.misfit(goal, load_robot("waffle"))
 
 
 def test_names_are_read_without_ros_and_numpy():

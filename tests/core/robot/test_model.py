@@ -15,7 +15,7 @@ from bt_mission.core.yaml.document import read
 
 def test_each_shipped_robot_has_the_name_of_its_file():
     """A robot is found by its name."""
-    assert names("robots") == ["burger", "turtlebot4", "waffle"]
+    assert names("robots") == ["burger", "f1tenth", "husky", "rosbot", "turtlebot4", "waffle"]
     assert [load_robot(name).name for name in names("robots")] == names("robots")
 
 
@@ -70,7 +70,10 @@ def test_burger_has_no_camera():
 
 def test_unknown_robot_lists_the_known_ones():
     """The message names the models there are, and the nearest."""
-    with pytest.raises(InputError, match=r"known: burger, turtlebot4, waffle\); did you mean"):
+    with pytest.raises(
+        InputError,
+        match=r"turtlebot4, waffle\); did you mean",
+    ):
         load_robot("wafle")
 
 
@@ -189,3 +192,22 @@ def differential_robots() -> list[Any]:
 def text_of(name: str) -> str:
     """The file of a shipped robot."""
     return find("robots", name).read_text(encoding="utf-8")
+
+
+def test_wheels_that_cannot_drive_every_way_are_refused(tmp_path):
+    """Four wheels that all roll ahead cannot slide; the error names the key and its place."""
+    text = text_of("rosbot")
+    path = tmp_path / "odd.yaml"
+    path.write_text(text.replace("roller: -45", "roller: 0").replace("roller: 45", "roller: 0"))
+    with pytest.raises(InputError, match="cannot drive ahead, sideways and turn") as caught:
+        load_robot(path)
+    line = 1 + text[: text.index("    - {x: 0.053")].count("\n")
+    assert [each.line for each in caught.value.diagnostics] == [line]
+
+
+def test_a_base_is_blind_behind_without_a_lidar_that_looks_there():
+    """A sector of 270 degrees ahead leaves the ground behind unseen."""
+    car = load_robot("f1tenth")
+    assert car.sees_behind
+    assert list(car.all_lidars) == ["scan", "scan_rear"]
+    assert not RobotModel.model_validate(car.model_dump() | {"lidars": {}}).sees_behind

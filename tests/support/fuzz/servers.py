@@ -111,7 +111,7 @@ class Play:
         self.program = Program(contents)
         self.node = _Node()
         robot: Any = _robot()
-        self.sensors = SensorSubscriptions(self.node, SensorWiring(), robot.lidar)  # type: ignore[arg-type]
+        self.sensors = SensorSubscriptions(self.node, SensorWiring(), robot)  # type: ignore[arg-type]
         self.context = ServerContext(
             robot=robot,
             tuning=TUNING,
