@@ -285,7 +285,8 @@ def _value(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
         return " or ".join(_KINDS.get(type_, type_) for type_ in kind)
     if kind == "array":
         return _array(value, definitions)
-    inner = value.get("additionalProperties")
+    named = [*value.get("patternProperties", {}).values(), value.get("additionalProperties")]
+    inner = named[0]
     if kind == "object" and isinstance(inner, Mapping):
         return f"names, each with {_value(inner, definitions)}"
     return _scalar(value)

@@ -32,6 +32,8 @@ READY = Observation(
 NO_SCAN = "no scan has arrived yet; is the robot running?"
 NO_ODOMETRY = "no odometry has arrived yet; is the robot running?"
 
+WAFFLE = load_robot("waffle")
+
 
 class Camera:
     """A camera that a node publishes, or none does."""
@@ -49,7 +51,7 @@ class Camera:
 def context(**changes: Any) -> ServerContext:
     """The servers of a Waffle, with changes."""
     usual: dict[str, Any] = {
-        "robot": load_robot("waffle"),
+        "robot": WAFFLE,
         "tuning": TUNING,
         "navigation": NAVIGATION,
         "frontiers": FRONTIERS,
@@ -77,8 +79,8 @@ def test_the_example_becomes_a_maneuver(name):
 @pytest.mark.parametrize("name", declared())
 def test_every_goal_outside_the_limits_is_refused(name):
     """With the field and the value."""
-    fields = [limit.field for limit in SERVED[name].limits(CONTEXT.robot)]
-    for bad in SERVED[name].bad_goals(CONTEXT.robot):
+    fields = [limit.field for limit in SERVED[name].limits(WAFFLE)]
+    for bad in SERVED[name].bad_goals(WAFFLE):
         refused = planned(name, bad)
         assert isinstance(refused, Refusal)
         assert refused.reason.startswith((*fields, "no such colour"))

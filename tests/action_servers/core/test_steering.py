@@ -9,18 +9,18 @@ import pytest
 from nav2_msgs.action import DriveOnHeading
 
 from action_servers.core.governor import Governor
-from action_servers.core.maneuver import ZERO, Reason
+from action_servers.core.maneuver import ZERO, Reason, Scan
 from action_servers.core.merged_scan import ScanMerger
-from action_servers.driving.straight import plan_drive_on_heading
+from action_servers.driving.straight import Straight, misfit, plan_drive_on_heading
 from action_servers.driving.turn import Turn
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import load_robot
-from tests.support.fake_robot import FakeRobot, in_the_open
+from tests.support.fake_robot import FakeRobot, Wall, in_the_open
 
 CAR, SLIDER = load_robot("f1tenth"), load_robot("rosbot")
 
 
-def box(front: float, rear: float, left: float, right: float) -> list:
+def box(front: float, rear: float, left: float, right: float) -> list[Wall]:
     """Four walls around the origin."""
     return [
         (front, right, front, left),
@@ -100,7 +100,9 @@ def test_drive_on_heading_slides_to_a_point_aside():
     goal.target.x, goal.target.y = 0.3, -0.4
     base = FakeRobot(SLIDER)
     maneuver = plan_drive_on_heading(goal, in_the_open(1.0), SLIDER)
+    assert isinstance(maneuver, Straight)
     assert base.run(maneuver).status == "succeeded"
+    assert misfit(goal, CAR, backwards=False) == "target.y and target.z must be 0, got -0.4 and 0"
     assert (base.x, base.y, base.yaw) == pytest.approx((0.3, -0.4, 0.0), abs=0.01)
 
 
@@ -117,11 +119,12 @@ def test_the_scans_of_two_lidars_are_one_around_the_first():
     merger = ScanMerger(lidars)
     base = FakeRobot(CAR, box(2.0, -1.5, 1.0, -1.0))
     ahead = base.observe().scan
+    assert ahead is not None
     assert merger.merged([ahead, None]) is None
-    rear = type(ahead)(
-        9.5, -math.pi, math.tau / 360, 0.06, 10.0, np.full(360, 0.7, dtype=np.float32)
-    )
+    around = np.full(360, 0.7, dtype=np.float32)
+    rear = Scan(9.5, -math.pi, math.tau / 360, 0.06, 10.0, around)
     merged = merger.merged([ahead, rear])
+    assert merged is not None
     assert merged is merger.merged([ahead, rear])
     assert merged.stamp_s == 9.5
     behind = round(math.pi / merged.angle_increment)
