@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sim.physics.physics import Physics
+from sim.physics.simulator import SimulatorFactory
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.world.world import World
@@ -25,7 +26,8 @@ class Simulation:
 
     `seed` decides all sensor noise: that of a robot depends on the seed and on its name, not on the
     other robots. `start_ns` is the first instant: above 0, which ROS takes for "not set". `props`
-    is how many obstacles can be placed later.
+    is how many obstacles can be placed later. `simulator` makes what moves a robot alone in place of
+    MuJoCo (`sim.physics.simulator`); it may raise SimulatorError at every step.
 
     A lidar 0.13 m above the floor looks over the bodies of other robots, so each of several
     carries a screen: as long and as wide as its hull, from the floor up to above the highest
@@ -41,8 +43,9 @@ class Simulation:
         seed: int,
         start_ns: int = 1_000_000_000,
         props: int = 0,
+        simulator: SimulatorFactory | None = None,
     ) -> None:
-        self.physics = Physics(world, robots, start_ns, props)
+        self.physics = Physics(world, robots, start_ns, props, simulator, seed)
         self.robots = tuple(SimulatedRobot(self.physics, robot, seed=seed) for robot in robots)
         self.physics.begin(self.robots)
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import above_zero, assignment, input_file, seconds, whole
 from bt_mission.cli.parser import Option, each
@@ -15,6 +17,10 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import look_deeper, look_for, other_suffix
 from bt_mission.core.nature import PROFILES, Nature
 from bt_mission.core.output import write_file
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import NodeFactory
+    from bt_mission.language.permissions import PythonUse
 
 _OF_ITS_GRAPH = "an attached run uses that of its graph"
 
@@ -54,6 +60,12 @@ OVERRIDES = (
     SEED,
     WORLD,
     ROBOT,
+)
+SIMULATOR = Option(
+    "--simulator PACKAGE:CLASS",
+    "what moves the robot in place of MuJoCo: a Python class, such as sim.ir_sim:IrSim, or "
+    "FILE.py:CLASS",
+    page="another-simulator",
 )
 REQUIRE = Option(
     "--require FILE",
@@ -116,6 +128,28 @@ def nature_option(default: str) -> Option:
 def nature_of(options: argparse.Namespace) -> Nature | None:
     """Return the nature that the options name; None where they do not."""
     return None if options.nature is None else Nature(options.nature)
+
+
+def simulator_of(options: argparse.Namespace) -> NodeFactory | None:
+    """Return the simulator that the options name; None where they do not.
+
+    Raises:
+        InputError: It does not exist, or Python code is refused.
+    """
+    target = getattr(options, "simulator", None)
+    if target is None:
+        return None
+    from bt_mission.core.yaml.document import read_text
+    from bt_mission.language.checks.python_code import factory_diagnostics
+    from bt_mission.language.mission import NodeFactory
+    from bt_mission.language.permissions import Permissions
+
+    factory = NodeFactory(target, read_text(json.dumps(target), "--simulator"), ())
+    python: PythonUse = "refuse" if options.no_python else "import"
+    mistakes = [*factory_diagnostics([factory], Permissions(python=python))]
+    if mistakes:
+        raise InputError(mistakes)
+    return factory
 
 
 def recorded_robot(default: str) -> Option:

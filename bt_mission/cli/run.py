@@ -21,6 +21,7 @@ from bt_mission.cli.options import (
     OVERRIDES,
     PLAIN,
     REQUIRE,
+    SIMULATOR,
     SPEED,
     WALL_CLOCK,
     announce,
@@ -125,6 +126,10 @@ COMMANDS = {
                 "in a fleet, for every robot, or for one: 'ROBOT: at 5.0: ...'; may be repeated"
             ),
             *OVERRIDES,
+            SIMULATOR.but(
+                excludes=each("attach", why="the robot is that of the graph"),
+                not_for=each("fleet", why="another simulator moves one robot"),
+            ),
             nature_option("none"),
             NO_PYTHON,
             SPEED.but(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from bt_mission.cli.check import examined_file, examined_fleet, permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import nature_of
+from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
 
 if TYPE_CHECKING:
@@ -205,6 +205,7 @@ def _stage_options(
     return replace(
         own,
         nature=nature_of(options) or own.nature,
+        simulator=simulator_of(options) or own.simulator,
         visible=options.visible or options.editable,
         editable=options.editable,
         network=options.network,

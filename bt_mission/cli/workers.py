@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import count, port
 from bt_mission.cli.check import permissions_of
-from bt_mission.cli.options import nature_of
+from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import BtMissionError
 
@@ -87,6 +87,7 @@ def base_changes(options: argparse.Namespace) -> BaseChanges:
         faults=options.fault,
         world=options.world,
         robot=options.robot,
+        simulator=simulator_of(options),
         nature=nature_of(options),
         permissions=permissions_of(options),
     )

@@ -75,6 +75,7 @@ class ScenarioFile(Written):
     mission: NameOrMapping
     world: NameOrMapping | None = None
     robot: fields.Line | None = None
+    simulator: fields.Factory | None = None
     nodes: fields.NodeFactories = []
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     inputs: dict[fields.Variable, fields.InputValue] = {}

@@ -13,7 +13,7 @@ from bt_mission.faults.planned import WhenTrue
 from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.checks.requirements import MissionNames, diagnostics_of_names
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.mission import Mission, node_factories
+from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.requirements.written import requirements_of
@@ -92,12 +92,15 @@ class _Loader:
             return None, in_order(self._diagnostics)
         has_world = self._changes.world is None and written.world is not None
         world = self._files.world(written.world, ("world",)) if has_world else None
+        simulator = written.simulator and NodeFactory(written.simulator, document, ("simulator",))
         mission = self._mission(written, world)
         if mission is not None:
             mission = self._with_requirements(mission, written)
             if written.observe is not None:
                 mission = replace(mission, observe=written.observe)
             nodes = node_factories(document, written.nodes)
+            if simulator is not None:
+                self._diagnostics += factory_diagnostics([simulator], self._changes.permissions)
             self._diagnostics += factory_diagnostics(nodes, self._changes.permissions)
             mission = replace(mission, nodes=(*mission.nodes, *nodes))
             self._check_names(mission, written, made)
@@ -118,6 +121,7 @@ class _Loader:
             description=written.description,
             mission=mission,
             world=world,
+            simulator=simulator or None,
             start=None if start is None else (start.x, start.y, start.yaw),
             nature=written.nature,
             faults=tuple(made.faults),

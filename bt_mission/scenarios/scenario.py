@@ -16,7 +16,7 @@ from bt_mission.coverage.record import CoverageRecord
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import WrittenFault
 from bt_mission.faults.world import MOST_OBSTACLES
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.scenarios.servers import ServerScript
 from bt_mission.sessions.stage_robot import StageOptions
@@ -73,6 +73,7 @@ class Scenario:
     mission: Mission
     description: str = ""
     world: World | None = None
+    simulator: NodeFactory | None = None
     start: tuple[float, float, float] | None = None
     nature: Nature | None = None
     faults: tuple[WrittenFault, ...] = ()
@@ -91,6 +92,7 @@ class Scenario:
         """How its stage is set up."""
         return StageOptions(
             world=self.world,
+            simulator=self.simulator,
             start=self.start,
             nature=self.nature,
             props=MOST_OBSTACLES,

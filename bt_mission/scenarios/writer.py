@@ -203,6 +203,8 @@ def _unusual(run: TestedRun) -> Iterator[str]:
         yield f"nodes of the test: {', '.join(sorted(guests - played))}"
     if options.nodes:
         yield f"nodes of the test: {', '.join(map(name_of, options.nodes))}"
+    if options.simulator is not None:
+        yield f"a simulator of the test: {name_of(options.simulator)}"
     if options.props != MOST_OBSTACLES:
         yield f"props={options.props}"
     if options.seed is not None or options.visible:

@@ -24,7 +24,7 @@ LONGEST_S = 10.0
 
 KEYWORDS = "accept **options, and pass them to rclpy's Node"
 
-Factory = NodeFactory | Callable[..., Node]
+Factory = NodeFactory | Callable[..., Any]
 
 
 class OwnNodes:
@@ -85,7 +85,7 @@ class OwnNodes:
             taken.add(name)
 
     def _make(self, factory: Factory, namespace: str) -> Node:
-        function = factory if callable(factory) else _imported(factory)
+        function = imported(factory)
         options: dict[str, Any] = {"context": self._context}
         if namespace:
             options["namespace"] = namespace
@@ -108,7 +108,14 @@ class OwnNodes:
         return made
 
 
-def _imported(factory: NodeFactory) -> Callable[..., Any]:
+def imported(factory: Factory) -> Callable[..., Any]:
+    """Return the function or class of the user.
+
+    Raises:
+        InputError: It does not exist.
+    """
+    if callable(factory):
+        return factory
     try:
         return find_factory(factory.target, factory.file)
     except PythonError as error:

@@ -24,12 +24,13 @@ from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions import stage_nature
-from bt_mission.sessions.own_nodes import OwnNodes
+from bt_mission.sessions.own_nodes import OwnNodes, imported
 from bt_mission.sessions.session import Session
 from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions, StageRun
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
+from sim.physics.simulator import SimulatorError
 from sim.physics.spawn import RobotSpawn, RobotSpawnError
 from sim.robot.fit import SpawnError
 from sim.ros.node import SimNode, SimOptions
@@ -160,6 +161,7 @@ class Stage(Session):
         models: Sequence[RobotModel],
     ) -> SimNode:
         """Make the simulator with a share of the offsets that nature gives the starts."""
+        chosen = self._options.simulator
         made = StageSimNode(
             world,
             [
@@ -176,6 +178,7 @@ class Stage(Session):
                 context=self.context,
                 with_map=members[0].mission.map == "known",
                 props=self._options.props,
+                simulator=None if chosen is None else imported(chosen),
                 places=_places_of(members),
             ),
         )
@@ -278,10 +281,13 @@ class Stage(Session):
         Raises:
             StageError: After :data:`MOST_RAISED` exceptions, after one when all missions have
                 ended, and for a simulation that became unstable.
+            SimulatorError: Another simulator does not do what it has to do.
         """
         self.is_stepping = True
         try:
             self.clock.step()
+        except SimulatorError:
+            raise
         except Exception as error:  # noqa: BLE001 - callbacks are others', too
             self._end_by(error)
         finally:

@@ -73,6 +73,8 @@ def stage_facts(
         ],
         "nodes": [*_further_nodes(members[0].mission, options)],
     }
+    if options.simulator is not None:
+        known["simulator"] = name_of(options.simulator)
     return {"stage": json.dumps(known)}
 
 

@@ -31,6 +31,7 @@ from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
+from sim.physics.simulator import SimulatorFactory
 from sim.robot.robot import SimulatedRobot
 from sim.world.world import Spawn, World
 
@@ -41,6 +42,8 @@ class StageOptions:
 
     Attributes:
         world: The world, its name, path or text; None is that of the first mission.
+        simulator: What makes the simulator of a robot alone (:mod:`sim.physics.simulator`); None is
+            MuJoCo.
         start: The start of a robot alone: x m, y m, yaw degrees; None is that of the world.
         nature: The differences between runs; None is that of the mission, or else of the world.
         default_nature: The nature if neither these options nor mission nor world set one.
@@ -59,6 +62,7 @@ class StageOptions:
     """
 
     world: str | Path | Document | World | None = None
+    simulator: NodeFactory | SimulatorFactory | None = None
     start: tuple[float, float, float] | None = None
     nature: Nature | None = None
     default_nature: Nature = NO_NATURE

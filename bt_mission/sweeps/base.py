@@ -13,7 +13,7 @@ from bt_mission.core.files import find, is_scenario
 from bt_mission.core.nature import USUAL, Nature
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.sessions.check import examine
@@ -31,6 +31,7 @@ class BaseChanges:
         set: Inputs, as texts or values.
         requirements: Further ones, as a scenario file has them.
         faults: Further ones, as texts.
+        simulator: None is that of the scenario, or else MuJoCo.
         nature: None is what scenario, mission or world say; where none of them does, the usual one.
         limit: Virtual seconds after which a run is interrupted; None is what the scenario says.
     """
@@ -40,6 +41,7 @@ class BaseChanges:
     faults: Sequence[str] = ()
     world: str | None = None
     robot: str | None = None
+    simulator: NodeFactory | None = None
     nature: Nature | None = None
     limit: float | None = None
     permissions: Permissions = ANYTHING
@@ -99,8 +101,10 @@ def load_base(
         changes.set, None, changes.world, changes.robot, permissions=changes.permissions
     )
     written = is_scenario(path)
+    own_simulator = None
     if written:
         scenario = load_scenario(path, given)
+        own_simulator = scenario.simulator
         mission = scenario.mission
         data = _as_written(scenario.document)
     else:
@@ -111,11 +115,13 @@ def load_base(
         beside = Path(path).parent / world
         world = str(beside) if written and beside.suffix and beside.is_file() else world
         worlds.add(world)
-    bundle = bundle_of(mission, worlds, robots)
+    bundle = bundle_of(mission, worlds, robots, changes.simulator or own_simulator)
     if not isinstance(data.get("mission"), dict):
         data["mission"] = Path(bundle.mission).name
     if isinstance(world, str):
         data["world"] = bundle.worlds[world]
+    if changes.simulator is not None:
+        data["simulator"] = changes.simulator.target
     data["robot"] = bundle.robots[mission.robot]
     if changes.set:
         own = data.get("inputs", {})

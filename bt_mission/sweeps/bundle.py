@@ -16,7 +16,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, folders
 from bt_mission.core.output import make_folder_of, within, write_file
 from bt_mission.core.versions import versions
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
 
@@ -62,12 +62,18 @@ class Bundle:
             write_file(path, text)
 
 
-def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str] = ()) -> Bundle:
+def bundle_of(
+    mission: Mission,
+    worlds: Iterable[str] = (),
+    robots: Iterable[str] = (),
+    simulator: NodeFactory | None = None,
+) -> Bundle:
     """Read all files of a mission, with its worlds and robots.
 
     Args:
         worlds: Names or paths, besides the mission's own.
         robots: Names or paths, besides the mission's own.
+        simulator: What moves the robot, besides MuJoCo.
 
     Raises:
         InputError: A world or a robot does not exist.
@@ -82,7 +88,7 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
         is_below = path.is_relative_to(folder)
         name = path.relative_to(folder).as_posix() if is_below else f"{SHIPPED}/{path.name}"
         files[f"{MISSION_FOLDER}/{name}"] = document.text
-    for path, name in python_files(mission):
+    for path, name in python_files(mission, simulator):
         text = _read(path)
         if files.setdefault(f"{MISSION_FOLDER}/{name}", text) != text:
             message = f"{path}: mission and scenario use different files named {name}; rename one"
@@ -105,7 +111,9 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
     return Bundle(files, main, known["worlds"], known["robots"], written)
 
 
-def python_files(mission: Mission) -> Iterator[tuple[Path, str]]:
+def python_files(
+    mission: Mission, simulator: NodeFactory | None = None
+) -> Iterator[tuple[Path, str]]:
     """Yield the Python files of leaves and nodes, each with the name by which it is written.
 
     Modules and plug-ins are installed.
@@ -113,6 +121,8 @@ def python_files(mission: Mission) -> Iterator[tuple[Path, str]]:
     leaves = [step.target for step in all_steps(mission) if isinstance(step, PythonNode)]
     written = [(mission.file, leaf) for leaf in leaves]
     written += [(node.file, node.target) for node in mission.nodes]
+    if simulator is not None:
+        written.append((simulator.file, simulator.target))
     for file, target in written:
         name, _, _ = target.rpartition(":")
         if name.endswith(".py"):

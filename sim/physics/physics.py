@@ -28,6 +28,7 @@ from sim.physics.prop_bodies import add_bodies, bodies_of, keep_figures
 from sim.physics.prop_shapes import check_count
 from sim.physics.props import Props
 from sim.physics.scenery import add_world
+from sim.physics.simulator import TOUCHING_M, FollowedSimulator, SimulatorFactory
 from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Grip
 from sim.world.world import World
@@ -137,16 +138,26 @@ class Moved(Protocol):
     def restart(self) -> None:
         """Be as at the start: time begins, or the state has been put back."""
 
+    @property
+    def commanded(self) -> tuple[float, float]:
+        """The velocity that it commands to its wheels, m/s and rad/s."""
+
 
 class Physics:
     """Model, state and time of a world with robots in it.
 
     `begin` sets the robots, once the springs of their wheels are at rest. `props` is the number of
-    obstacles that can be placed later.
+    obstacles that can be placed later. With `simulator`, that one moves the robot.
     """
 
     def __init__(
-        self, world: World, entrants: Sequence[RobotSpawn], start_ns: int, props: int = 0
+        self,
+        world: World,
+        entrants: Sequence[RobotSpawn],
+        start_ns: int,
+        props: int = 0,
+        simulator: SimulatorFactory | None = None,
+        seed: int = 0,
     ) -> None:
         entrants_.check(entrants)
         check_count(props)
@@ -168,6 +179,12 @@ class Physics:
         self._on_floor = self.data.sensordata[sensor : sensor + 1]
         self._epoch_ns = start_ns
         self._robots: tuple[Moved, ...] = ()
+        self._entrants = tuple(entrants)
+        self._make_simulator, self._seed = simulator, seed
+        self.has_simulator = simulator is not None
+        """Whether another simulator moves the robot."""
+        self.simulator: FollowedSimulator | None = None
+        """Moves the robot in place of MuJoCo, from `begin` on."""
         self._hooks: list[tuple[Callable[[int], None], Callable[[], None]]] = []
         self._movers = Movers(self.model, world) if world.moving else None
         self.grip = Grip(self.model, world)
@@ -186,6 +203,13 @@ class Physics:
         self._place()
         mujoco.mj_getState(model, data, self._at_start, _STATE)
         self._robots = tuple(robots)
+        if self._make_simulator is not None:
+            self.simulator = FollowedSimulator(
+                self._make_simulator, self.world, self._entrants, self._seed
+            )
+            self.simulator.follow(data, lambda: robots[0].commanded)
+            # Its contacts may leave no overlap.
+            self.model.geom_margin[list(self.obstacle_geoms)] = TOUCHING_M
         self._restart()
 
     def reset(self, *, keep_props: bool = False) -> list[str]:
@@ -216,6 +240,8 @@ class Physics:
         self._hooks = [robot.step_hooks() for robot in self._robots]
 
     def _restart(self) -> None:
+        if self.simulator is not None:
+            self.simulator.restart()
         for robot in self._robots:
             robot.restart()
         self.ask_hooks()
@@ -232,7 +258,8 @@ class Physics:
                 f"cannot advance from {self.time_ns} ns to {time_ns} ns: expected a later time,"
                 f" a multiple of {STEP_NS} ns away"
             )
-        model, data, step = self.model, self.data, mujoco.mj_step
+        model, data = self.model, self.data
+        step = mujoco.mj_step if self.simulator is None else self.simulator.step
         movers, grip = self._movers, self.grip if self.world.slippery else None
         props = self.props if self.props.placed else None
         robots, on_floor = self._hooks, self._on_floor

@@ -24,6 +24,7 @@ from sim.physics.clearance import Gauge, touching
 from sim.physics.names import BASE
 from sim.physics.prop_bodies import PropBodies
 from sim.physics.prop_shapes import MOST, PropError, shape
+from sim.physics.simulator import FollowedSimulator
 from sim.world.motion import Course, Drifting, PassingCourse, Point
 from sim.world.shapes import Obstacle
 from sim.world.world import FASTEST, World
@@ -46,6 +47,10 @@ class PropPhysics(Protocol):
     robot_names: tuple[str, ...]
     prefixes: tuple[str, ...]
     obstacle_geoms: tuple[int, ...]
+
+    @property
+    def simulator(self) -> FollowedSimulator | None:
+        """What moves the robot in place of MuJoCo, if anything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,6 +230,9 @@ class Props:
         nearest_free: bool = False,
     ) -> Prop:
         """Put an obstacle of any shape at its place. Raises PropError as `place` does."""
+        simulator = self._physics.simulator
+        if simulator is not None:
+            raise PropError(simulator.refusal("an obstacle that appears"))
         slot = self._free(obstacle.name)
         self._check_name(obstacle.name)
         if not nearest_free:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.core.robot.model import RobotModel
-from sim.faults import PartFaults, RobotFaultState, WheelFaults
+from sim.faults import FaultError, PartFaults, RobotFaultState, WheelFaults
 from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
 from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
@@ -72,6 +72,8 @@ class SimulatedRobot:
             for kind in SENSORS
             if kind not in present
         }
+        if physics.has_simulator:
+            lacks["wheels"] = "another simulator moves the robot, which has no wheels to break"
         parts = {**PARTS, **{kind.name: kind.breaks for kind in present}}
         self.faults = RobotFaultState(parts, self._base.set_faults, lacks)
         """The present faults."""
@@ -236,6 +238,7 @@ class SimulatedRobot:
         the left. Several add up. Raises FaultError for values that are not finite, or beyond 50 N
         and 5 N m.
         """
+        self._refuse("a push")
         self._pushes.add(force, torque, frame, seconds, self.physics.time_ns)
 
     def shove(
@@ -246,6 +249,7 @@ class SimulatedRobot:
         Axes as with a push. Its wheels turn as before, so grip soon brakes it. Raises FaultError
         for values that are not finite, or beyond 5 m/s and 10 rad/s.
         """
+        self._refuse("a shove")
         self._pushes.shove(velocity, turn, frame, self.pose[2])
 
     def put(
@@ -367,6 +371,11 @@ class SimulatedRobot:
         return self._lidar.look()
 
     # ---- inside --------------------------------------------------------------------------
+
+    def _refuse(self, what: str) -> None:
+        simulator = self.physics.simulator
+        if simulator is not None:
+            raise FaultError(simulator.refusal(what))
 
     def _switch_motors(self, *, on: bool) -> None:
         self.motors_on = on

@@ -18,6 +18,7 @@ from bt_mission.core.parameters import ParameterSpec
 from bt_mission.core.stamps import set_ns
 from bt_mission.executors.process import RobotNode, RobotNodeOptions
 from sim.physics.names import STEP_NS
+from sim.physics.simulator import SimulatorFactory
 from sim.physics.spawn import RobotSpawn
 from sim.ros.localization import localise
 from sim.ros.schedule import Schedule
@@ -51,6 +52,7 @@ class SimOptions(RobotNodeOptions):
             it.
         command_type: Of `cmd_vel`: `TwistStamped` (stamped) or `Twist` (plain).
         props: The number of obstacles that can be placed later (`sim.physics.props`).
+        simulator: Makes what moves the robot in place of MuJoCo.
         places: Named points of the map, m, that are published beside the zones.
     """
 
@@ -61,6 +63,7 @@ class SimOptions(RobotNodeOptions):
     localises: bool = True
     command_type: CommandType = "stamped"
     props: int = 0
+    simulator: SimulatorFactory | None = None
     places: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
@@ -77,7 +80,12 @@ class SimNode(RobotNode):
 
     def __init__(self, world: World, robots: Sequence[RobotSpawn], options: SimOptions) -> None:
         self.simulation = Simulation(
-            world, robots, seed=options.seed, start_ns=options.start_ns, props=options.props
+            world,
+            robots,
+            seed=options.seed,
+            start_ns=options.start_ns,
+            props=options.props,
+            simulator=options.simulator,
         )
         self.robots, self.physics = self.simulation.robots, self.simulation.physics
         lean = options.lean

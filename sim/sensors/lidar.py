@@ -18,6 +18,7 @@ from bt_mission.core.robot.model import LidarModel, RobotModel
 from sim.faults import SensorFaults, expected, within
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE, MARKS, SCREENS, SOLID
+from sim.physics.simulator import FollowedSimulator
 from sim.sensors.noise import Noise
 from sim.sensors.sensor import Mount, Sensor
 
@@ -111,13 +112,28 @@ class Lidar:
         data: mujoco.MjData,
         index: int,
         faults: LidarFaults = NO_LIDAR_FAULTS,
+        simulator: FollowedSimulator | None = None,
     ) -> npt.NDArray[np.float32]:
         """Return the ranges in metres of measurement `index`; positions in `data` must be current.
 
-        The number of rays of an LDS-02 varies.
+        The number of rays of an LDS-02 varies. With another simulator, its distances are measured.
         """
         if self._varies:
             self._aim(self._rays_of(index))
+        if simulator is None:
+            seen, missed = self._cast(data)
+        else:
+            seen = simulator.ranges(self._rays)
+            missed = np.isinf(seen)
+        if faults is not NO_LIDAR_FAULTS:
+            self._distortion.apply(faults, seen, missed, index)
+        (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
+        return seen.astype(np.float32)
+
+    def _cast(
+        self, data: mujoco.MjData
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool]]:
+        """Return the distance of each ray, and which of them hit nothing."""
         rays = self._rays
         vectors, seen, hit = self._vectors[:rays], self._distances[:rays], self._hit[:rays]
         rotation = data.xmat[self._base].reshape(3, 3)
@@ -136,11 +152,7 @@ class Lidar:
             rays,
             mujoco.mjMAXVAL,
         )
-        missed = hit < 0
-        if faults is not NO_LIDAR_FAULTS:
-            self._distortion.apply(faults, seen, missed, index)
-        (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
-        return seen.astype(np.float32)
+        return seen, hit < 0
 
     def _finish_01(
         self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
@@ -291,7 +303,7 @@ class LidarSensor(Sensor):
         """Return the ranges of measurement `index`, m."""
         faults = self.faults
         if not faults.frozen or self._last is None:
-            self._last = self._lidar.measure(self.mount.physics.data, index, faults)
+            self._last = self._measure(index)
             self._index = index
         return self._last
 
@@ -303,7 +315,7 @@ class LidarSensor(Sensor):
         """
         if self.faults.frozen and self._last is not None:
             return self._turn(self._last)
-        return self._turn(self._lidar.measure(self.mount.physics.data, self._index, self.faults))
+        return self._turn(self._measure(self._index))
 
     def _turn(self, ranges: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Return ranges as those of a full turn; the other directions read inf."""
@@ -313,6 +325,10 @@ class LidarSensor(Sensor):
         turn = np.full(round(math.tau / step), np.inf, dtype=np.float32)
         turn[(np.arange(len(ranges)) + round(first / step)) % len(turn)] = ranges
         return turn
+
+    def _measure(self, index: int) -> npt.NDArray[np.float32]:
+        physics = self.mount.physics
+        return self._lidar.measure(physics.data, index, self.faults, physics.simulator)
 
     @override
     def numbers(self, index: int) -> list[float]:

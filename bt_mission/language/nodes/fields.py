@@ -367,7 +367,9 @@ ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
-NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
+Factory = Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]
+"""What makes something of the user's: a function or a class."""
+NodeFactories = list[Factory]
 """The factories of the user's nodes in a simulation."""
 InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
 Place = Annotated[Any, PlainValidator(place), WithJsonSchema({"type": ["array", "object"]})]

@@ -333,6 +333,11 @@ def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
         raise ForkError(
             f"{path}: a test played the servers of {names}, which the recording does not contain"
         )
+    if "simulator" in stage:
+        raise ForkError(
+            f"{path}: another simulator moved the robot, {stage['simulator']}; only runs in MuJoCo"
+            " can be forked"
+        )
     if made := [target for name, target in stage["nodes"] if not name]:
         raise ForkError(f"{path}: needs nodes that a program created: {', '.join(made)}")
     if facts.changes:
