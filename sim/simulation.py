@@ -26,8 +26,8 @@ class Simulation:
 
     `seed` decides all sensor noise: that of a robot depends on the seed and on its name, not on the
     other robots. `start_ns` is the first instant: above 0, which ROS takes for "not set". `props`
-    is how many obstacles can be placed later. `simulator` makes what moves a robot alone in place of
-    MuJoCo (`sim.physics.simulator`); it may raise SimulatorError at every step.
+    is how many obstacles can be placed later. `simulator` makes what moves a robot alone in place
+    of MuJoCo (`sim.physics.simulator`); it may raise SimulatorError at every step.
 
     A lidar 0.13 m above the floor looks over the bodies of other robots, so each of several
     carries a screen: as long and as wide as its hull, from the floor up to above the highest

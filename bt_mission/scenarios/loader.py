@@ -92,15 +92,12 @@ class _Loader:
             return None, in_order(self._diagnostics)
         has_world = self._changes.world is None and written.world is not None
         world = self._files.world(written.world, ("world",)) if has_world else None
-        simulator = written.simulator and NodeFactory(written.simulator, document, ("simulator",))
         mission = self._mission(written, world)
         if mission is not None:
             mission = self._with_requirements(mission, written)
             if written.observe is not None:
                 mission = replace(mission, observe=written.observe)
             nodes = node_factories(document, written.nodes)
-            if simulator is not None:
-                self._diagnostics += factory_diagnostics([simulator], self._changes.permissions)
             self._diagnostics += factory_diagnostics(nodes, self._changes.permissions)
             mission = replace(mission, nodes=(*mission.nodes, *nodes))
             self._check_names(mission, written, made)
@@ -112,7 +109,7 @@ class _Loader:
             diagnostic.severity == "error" for diagnostic in self._diagnostics
         ):
             return None, in_order(self._diagnostics)
-        start = written.start
+        start, simulator = written.start, self._simulator(written)
         self._check_start(mission, written, world)
         if any(diagnostic.severity == "error" for diagnostic in self._diagnostics):
             return None, in_order(self._diagnostics)
@@ -121,7 +118,7 @@ class _Loader:
             description=written.description,
             mission=mission,
             world=world,
-            simulator=simulator or None,
+            simulator=simulator,
             start=None if start is None else (start.x, start.y, start.yaw),
             nature=written.nature,
             faults=tuple(made.faults),
@@ -147,6 +144,14 @@ class _Loader:
             servers=changes.servers,
             zones=None if world is None else zones_of(world),
         )
+
+    def _simulator(self, written: ScenarioFile) -> NodeFactory | None:
+        """Return the simulator that the file names, and note its errors."""
+        if written.simulator is None:
+            return None
+        simulator = NodeFactory(written.simulator, self._document, ("simulator",))
+        self._diagnostics += factory_diagnostics([simulator], self._changes.permissions)
+        return simulator
 
     def _of_input(self, name: str, fault: Diagnostic) -> Diagnostic:
         """Return an error of an input's value with the place where the value was given."""

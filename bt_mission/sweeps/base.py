@@ -101,10 +101,10 @@ def load_base(
         changes.set, None, changes.world, changes.robot, permissions=changes.permissions
     )
     written = is_scenario(path)
-    own_simulator = None
+    simulator = changes.simulator
     if written:
         scenario = load_scenario(path, given)
-        own_simulator = scenario.simulator
+        simulator = simulator or scenario.simulator
         mission = scenario.mission
         data = _as_written(scenario.document)
     else:
@@ -115,17 +115,16 @@ def load_base(
         beside = Path(path).parent / world
         world = str(beside) if written and beside.suffix and beside.is_file() else world
         worlds.add(world)
-    bundle = bundle_of(mission, worlds, robots, changes.simulator or own_simulator)
+    bundle = bundle_of(mission, worlds, robots, simulator)
     if not isinstance(data.get("mission"), dict):
         data["mission"] = Path(bundle.mission).name
     if isinstance(world, str):
         data["world"] = bundle.worlds[world]
-    if changes.simulator is not None:
-        data["simulator"] = changes.simulator.target
     data["robot"] = bundle.robots[mission.robot]
     if changes.set:
         own = data.get("inputs", {})
         data["inputs"] = {**own, **{name: mission.inputs[name] for name in changes.set}}
+    data |= {} if simulator is None else {"simulator": simulator.target}
     _add(data, "requirements", changes.requirements)
     if changes.faults:
         data["faults"] = [*data.get("faults", ()), *changes.faults]

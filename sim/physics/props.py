@@ -50,7 +50,7 @@ class PropPhysics(Protocol):
 
     @property
     def simulator(self) -> FollowedSimulator | None:
-        """What moves the robot in place of MuJoCo, if anything."""
+        """The simulator that moves the robot in place of MuJoCo, if any."""
 
 
 @dataclass(frozen=True, slots=True)

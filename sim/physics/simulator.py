@@ -8,7 +8,7 @@ sensors, recordings and views work as ever. A simulator needs no ROS.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
 import mujoco
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import MountedSensor, RobotModel
 from sim.physics.names import BASE, STEP_NS
 from sim.physics.spawn import RobotSpawn
@@ -40,9 +41,9 @@ class SimulatorError(BtMissionError):
 class Simulator(Protocol):
     """A robot in a world, moved by a program other than MuJoCo.
 
-    Made once for each run, by ``CLASS(world=..., robot=..., start=..., seed=...)``: the `World`, the
-    `RobotModel`, the pose of the start and the seed of the run. The same calls have to give the same
-    values, so that runs repeat.
+    Made once for each run, by ``CLASS(world=..., robot=..., start=..., seed=...)``: the `World`,
+    the `RobotModel`, the pose of the start and the seed of the run. The same calls have to give the
+    same values, so that runs repeat.
     """
 
     @property
@@ -66,8 +67,9 @@ class Simulator(Protocol):
     def ranges(self) -> Sequence[float]:
         """Return the lidar's exact distances now, m; inf where it sees nothing.
 
-        As many as `robot.lidar.rays`, counter-clockwise from ahead, from the place of the lidar.
-        Noise and limits are applied later. It may be called several times at one instant.
+        As many as `robot.lidar.rays`, counter-clockwise by `robot.lidar.angles`, from the place and
+        heading of the lidar. Noise and limits are applied later. It may be called several times at
+        one instant.
         """
 
     def reset(self) -> None:
@@ -115,11 +117,11 @@ class FollowedSimulator:
                 f"the simulator {self.name}: step_ns must be a multiple of {STEP_NS:,} ns, got"
                 f" {step_ns!r}"
             )
-        for what, rate in _rates(entrant.robot):
-            if round(1e9 / rate) % step_ns:
+        for what, period_ns in periods_ns(entrant.robot).items():
+            if period_ns % step_ns:
                 raise SimulatorError(
                     f"the simulator {self.name}: a step of {step_ns / 1e6:g} ms does not fit"
-                    f" {what}, {rate:g} Hz: a period of {1e3 / rate:g} ms"
+                    f" {what}: a period of {period_ns / 1e6:g} ms"
                 )
         self._step_ns = step_ns
         self._now_ns = 0
@@ -133,8 +135,9 @@ class FollowedSimulator:
     def follow(self, data: mujoco.MjData, commanded: Callable[[], tuple[float, float]]) -> None:
         """Begin to move the model by the commands of its robot."""
         joint = data.model.joint(self._prefix + BASE)
-        self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + 9]
-        self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 8]
+        wheels = 2 if isinstance(self._robot.drive, DifferentialDrive) else 0
+        self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + 7 + wheels]
+        self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 6 + wheels]
         self._commanded = commanded
 
     def restart(self) -> None:
@@ -166,7 +169,7 @@ class FollowedSimulator:
         mujoco.mj_forward(model, data)
 
     def ranges(self, rays: int) -> npt.NDArray[np.float64]:
-        """Return so many distances, m; inf where there is nothing.
+        """Return this number of distances, m; inf where there is nothing.
 
         Raises:
             SimulatorError: They are not distances, or not as many as the lidar has.
@@ -180,7 +183,9 @@ class FollowedSimulator:
             raise self._broken(f"expected {wanted} ranges, got an array of {measured.shape}")
         if not (measured >= 0).all():
             wrong = int(np.argmin(measured >= 0))
-            raise self._broken(f"range {wrong} is {measured[wrong]:g} m; expected 0 or more, or inf")
+            raise self._broken(
+                f"range {wrong} is {measured[wrong]:g} m; expected 0 or more, or inf"
+            )
         if rays != wanted:  # of a lidar whose turns vary
             measured = measured[(np.arange(rays) * wanted) // rays]
         return measured
@@ -207,20 +212,22 @@ class FollowedSimulator:
         qpos[3:7] = math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
         cos, sin = math.cos(yaw) / seconds, math.sin(yaw) / seconds
         qvel[:6] = ahead * cos - left * sin, ahead * sin + left * cos, 0, 0, 0, turned / seconds
-        across = turned * self._robot.wheel_separation / 2
-        rolled = np.array([ahead - across, ahead + across]) / self._robot.wheel_radius
-        qpos[7:9] += rolled
-        qvel[6:8] = rolled / seconds
         self._pose = pose
+        drive = self._robot.drive
+        if isinstance(drive, DifferentialDrive):  # the wheels of others follow from the velocity
+            across = turned * drive.wheel_separation / 2
+            rolled = np.array([ahead - across, ahead + across]) / drive.wheel_radius
+            qpos[7:9] += rolled
+            qvel[6:8] = rolled / seconds
 
     def _check_time(self, before_ns: int, expected_ns: int) -> None:
         now_ns = self._call(lambda: self._simulator.time_ns)
         if now_ns == expected_ns:
             return
-        what = "went back" if now_ns < before_ns else "is late" if now_ns < expected_ns else "is ahead"
-        raise self._broken(
-            f"its time {what}: expected {expected_ns / 1e9:g} s, got {now_ns / 1e9:g} s"
-        )
+        what = "is late" if now_ns < expected_ns else "is ahead"
+        if now_ns < before_ns:
+            what = "went back"
+        raise self._broken(f"its time {what}: expected {expected_ns:,} ns, got {now_ns:,} ns")
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
@@ -238,12 +245,11 @@ class FollowedSimulator:
 _MEMBERS = ("step_ns", "time_ns", "pose", "advance_to", "ranges", "reset")
 
 
-def _rates(robot: RobotModel) -> Iterator[tuple[str, float]]:
-    """Yield the sensors with their rates, Hz."""
-    yield "odometry_rate", robot.odometry_rate
-    for name, part in robot:
-        if isinstance(part, MountedSensor):
-            yield f"{name}.rate", part.rate
+def periods_ns(robot: RobotModel) -> Mapping[str, int]:
+    """Return the period of each sensor and of the odometry, ns, by the name of its rate."""
+    rates = {f"{name}.rate": part.rate for name, part in robot if isinstance(part, MountedSensor)}
+    rates["odometry_rate"] = robot.odometry_rate
+    return {name: round(1e9 / rate) for name, rate in rates.items()}
 
 
 def _at(pose: Pose) -> str:

@@ -130,9 +130,7 @@ class Lidar:
         (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
         return seen.astype(np.float32)
 
-    def _cast(
-        self, data: mujoco.MjData
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool]]:
+    def _cast(self, data: mujoco.MjData) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool]]:
         """Return the distance of each ray, and which of them hit nothing."""
         rays = self._rays
         vectors, seen, hit = self._vectors[:rays], self._distances[:rays], self._hit[:rays]
