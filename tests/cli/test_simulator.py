@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 import pytest
 
 from bt_mission.core.robot.model import load_robot
-from bt_mission.scenarios.run import run_scenario
+from bt_mission.sweeps.base import BaseChanges, load_base
+from bt_mission.sweeps.work import ScenarioWorker
 from sim.ir_sim import IrSim
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
@@ -77,18 +77,26 @@ def test_a_mission_runs_on_virtual_time_and_repeats(stage: Any) -> None:
     assert traces[0] == traces[1] != traces[2]
 
 
-def test_a_scenario_a_sweep_and_run_name_it(cli: CommandLine) -> None:
-    """The class is part of the scenario, so workers, which have only that, use it too."""
-    for name, mission in (("turns", TURNS), ("drives", DRIVES)):
-        (cli.folder / f"{name}.yaml").write_text(mission, encoding="utf-8")
-    scenario = f"scenario: s\nmission: drives.yaml\nsimulator: {NAME}\nnature: usual\n"
-    (cli.folder / "s.scenario.yaml").write_text(scenario, encoding="utf-8")
-    assert run_scenario(cli.folder / "s.scenario.yaml").passed
-    command = f"sweep turns.yaml --seeds 2 --simulator {NAME} --workers 1 --record-worst 0 --json"
-    assert cli.call(command) == 0, cli.err
-    assert json.loads(cli.out)["scenarios"] == 2
-    assert cli.call(f"run turns.yaml --simulator {NAME} --no-python") == 2
-    assert "[BT-216]" in cli.err
+def test_scenarios_and_their_workers_name_it(cli: CommandLine) -> None:
+    """The class is part of the scenario, so the workers of a sweep use it, too."""
+    (cli.folder / "drives.yaml").write_text(DRIVES, encoding="utf-8")
+    path = cli.folder / "s.scenario.yaml"
+    text = f"scenario: s\nmission: drives.yaml\nsimulator: {NAME}\nnature: usual\n"
+    path.write_text(text, encoding="utf-8")
+    base = load_base(path, BaseChanges())
+    with ScenarioWorker(base.bundle) as worker:
+        scenario = base.concrete({}, seed=4)
+        assert worker.load(scenario).simulator is not None
+        row = worker.carry_out(scenario)
+    assert (row.outcome, row.passed, row.reason) == ("success", True, "")
+
+
+def test_an_option_names_it_too_and_python_can_be_refused(cli: CommandLine) -> None:
+    """For a run and for a sweep, whose scenarios then have it."""
+    (cli.folder / "nap.yaml").write_text("mission: nap\ntree: {wait: 1}\n", encoding="utf-8")
+    for command in ("run", "sweep"):
+        assert cli.call(f"{command} nap.yaml --simulator {NAME} --no-python") == 2
+        assert "the Python node 'sim.ir_sim:IrSim' is refused [BT-216]" in cli.err
 
 
 def test_a_recording_names_it_and_is_not_forked(cli: CommandLine) -> None:
