@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.core.output import write_file
 from bt_mission.core.robot.body import CylinderBody, PolygonBody
 from bt_mission.core.robot.model import RobotModel
 from sim.physics.simulator import Pose, periods_ns
@@ -55,7 +56,7 @@ class IrSim:
         self._names = {obstacle.name: f"obstacle_{n}" for n, obstacle in enumerate(world.obstacles)}
         with TemporaryDirectory(prefix="bt_mission_") as folder:
             file = Path(folder) / "world.yaml"
-            file.write_text(json.dumps(self._scene(world, robot, start)), encoding="utf-8")
+            write_file(file, json.dumps(self._scene(world, robot, start)))
             self._env: Any = irsim.make(str(file), headless=True, seed=seed, log_level="ERROR")
         # Taken from the robot, so that it measures when a scan is due, and not at each step.
         self._lidar: Any = self._env.robot.sensors.pop()
