@@ -326,7 +326,8 @@ class LidarSensor(Sensor):
 
     def _measure(self, index: int) -> npt.NDArray[np.float32]:
         physics = self.mount.physics
-        return self._lidar.measure(physics.data, index, self.faults, physics.simulator)
+        simulator = physics.simulator if self.name == "lidar" else None
+        return self._lidar.measure(physics.data, index, self.faults, simulator)
 
     @override
     def numbers(self, index: int) -> list[float]:
