@@ -13,7 +13,7 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.reproducing.comparison import Verdict
-from bt_mission.reproducing.found import FoundFault
+from bt_mission.reproducing.diagnosed import DiagnosedFault
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.scenario import Scenario
 from bt_mission.scenarios.writer import write_test
@@ -37,7 +37,7 @@ class Case:
     folder: Path
     head: Mapping[str, Any]
     verdict: Verdict
-    faults: list[FoundFault] = field(default_factory=list)
+    faults: list[DiagnosedFault] = field(default_factory=list)
 
     @property
     def scenario_file(self) -> Path:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.reproducing.diagnosed import DiagnosedFault
 from bt_mission.reproducing.evidence import Evidence
-from bt_mission.reproducing.found import FoundFault
 from bt_mission.reproducing.motion import motion_faults
 from bt_mission.reproducing.sight import (
     Visitor,
@@ -32,36 +32,36 @@ MOST_FAULTS = 40
 class Diagnosis:
     """The faults in the order of their beginning, the world, and the things that came."""
 
-    found: Sequence[FoundFault]
+    faults: Sequence[DiagnosedFault]
     around: Surroundings
     things: Sequence[Visitor]
 
 
 def diagnose(evidence: Evidence, robot: RobotModel) -> Diagnosis:
     """Return what went wrong in a recorded run, and where."""
-    found = [*silences(evidence), *frozen_faults(evidence), *battery_faults(evidence)]
-    around = surroundings(evidence, robot, _doubtful(found, evidence))
+    faults = [*silences(evidence), *frozen_faults(evidence), *battery_faults(evidence)]
+    around = surroundings(evidence, robot, _doubtful(faults, evidence))
     seen = list(sight_faults(evidence, around))
     if seen and around.is_mapped:
-        around = surroundings(evidence, robot, _doubtful([*found, *seen], evidence))
+        around = surroundings(evidence, robot, _doubtful([*faults, *seen], evidence))
         seen = list(sight_faults(evidence, around))
-    lost = [each for each in found if each.name in LOST]
-    found += [each for each in seen if not any(_overlap(each, other) for other in lost)]
-    found += motion_faults(evidence, robot, found)
-    found += goal_faults(evidence, found)
-    things = visitors(evidence, around, _doubtful(found, evidence))
-    found += visitor_faults(things)
-    found = [each for each in found if each.start <= evidence.end_s]
-    found.sort(key=lambda each: each.start)
-    return Diagnosis(found[:MOST_FAULTS], around, things)
+    lost = [each for each in faults if each.name in LOST]
+    faults += [each for each in seen if not any(_overlap(each, other) for other in lost)]
+    faults += motion_faults(evidence, robot, faults)
+    faults += goal_faults(evidence, faults)
+    things = visitors(evidence, around, _doubtful(faults, evidence))
+    faults += visitor_faults(things)
+    faults = [each for each in faults if each.start <= evidence.end_s]
+    faults.sort(key=lambda each: each.start)
+    return Diagnosis(faults[:MOST_FAULTS], around, things)
 
 
-def _overlap(a: FoundFault, b: FoundFault) -> bool:
+def _overlap(a: DiagnosedFault, b: DiagnosedFault) -> bool:
     """Return whether one fault begins while another lasts."""
     return b.start - 0.3 <= a.start <= (math.inf if b.end is None else b.end + 0.3)
 
 
-def _doubtful(found: Sequence[FoundFault], evidence: Evidence) -> list[tuple[float, float]]:
+def _doubtful(faults: Sequence[DiagnosedFault], evidence: Evidence) -> list[tuple[float, float]]:
     return [
-        (each.start, (each.end or evidence.end_s) + 0.2) for each in found if each.name in DECEIVED
+        (each.start, (each.end or evidence.end_s) + 0.2) for each in faults if each.name in DECEIVED
     ]

@@ -109,12 +109,12 @@ class TopicLife:
         if self.count <= USUAL_AFTER:
             return []
         limit = max(SILENT_S, SILENT_PERIODS * self.period_s)
-        found: list[tuple[float, float | None]] = [
+        intervals: list[tuple[float, float | None]] = [
             gap for gap in self.gaps if gap[1] - gap[0] > limit
         ]
         if end_s - self.last_s > limit:
-            found.append((self.last_s, None))
-        return found
+            intervals.append((self.last_s, None))
+        return intervals
 
 
 @dataclass(frozen=True, slots=True)

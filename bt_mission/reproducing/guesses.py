@@ -1,4 +1,4 @@
-"""What had to be guessed of the found faults: a space that the search of `falsify` draws from."""
+"""What had to be guessed of the faults: a space that the search of `falsify` draws from."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bt_mission.faults.planned import AtTime, PlannedFault
-from bt_mission.reproducing.found import FoundFault
+from bt_mission.reproducing.diagnosed import DiagnosedFault
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.space import PartDraws
 
@@ -15,27 +15,27 @@ SHIFTS_S = (0.0, -0.1, -0.05, 0.05, 0.1)
 
 
 class Guesses:
-    """Draws for each found fault what it was, when it began, and whether it was there at all."""
+    """Draws for each fault what it was, when it began, and whether it was there at all."""
 
-    def __init__(self, found: Sequence[FoundFault]) -> None:
-        self._found = found
+    def __init__(self, diagnosed: Sequence[DiagnosedFault]) -> None:
+        self._diagnosed = diagnosed
 
     def as_it_is(self) -> tuple[PlannedFault, ...]:
         """Return the most likely faults."""
-        return tuple(each.fault for each in self._found)
+        return tuple(each.fault for each in self._diagnosed)
 
     @property
     def count(self) -> int:
         """The number of different choices, without those of times."""
         count = 1
-        for each in self._found:
+        for each in self._diagnosed:
             count *= 1 + len(each.variants) + (not each.is_needed)
         return count
 
     def draw(self, parts: PartDraws) -> Candidate:
         """Draw a candidate; equal draws give equal candidates."""
         faults: list[PlannedFault] = []
-        for number, each in enumerate(self._found):
+        for number, each in enumerate(self._diagnosed):
             choices: list[PlannedFault | None] = [each.fault, *each.variants]
             choices += [] if each.is_needed else [None]
             chosen = choices[parts(f"fault {number}").whole(0, len(choices) - 1)]

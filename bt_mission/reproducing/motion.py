@@ -17,8 +17,8 @@ import numpy as np
 from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.faults.planned import PlannedFault
+from bt_mission.reproducing.diagnosed import DiagnosedFault, fault_at
 from bt_mission.reproducing.evidence import Evidence, Floats
-from bt_mission.reproducing.found import FoundFault, fault_at
 from bt_mission.reproducing.silences import spans_where
 
 STEP_S = 0.05
@@ -126,8 +126,8 @@ def _held(table: Floats, column: int, times: Floats) -> Floats:
 
 
 def motion_faults(
-    evidence: Evidence, robot: RobotModel, others: Sequence[FoundFault]
-) -> Iterator[FoundFault]:
+    evidence: Evidence, robot: RobotModel, others: Sequence[DiagnosedFault]
+) -> Iterator[DiagnosedFault]:
     """Yield faults of wheels, motors and odometry, and pushes.
 
     Args:
@@ -149,7 +149,7 @@ def motion_faults(
 # ---- motors and blocked wheels ---------------------------------------------------------------
 
 
-def _not_turning(evidence: Evidence, robot: RobotModel, motion: Motion) -> Iterator[FoundFault]:
+def _not_turning(evidence: Evidence, robot: RobotModel, motion: Motion) -> Iterator[DiagnosedFault]:
     """Yield the spans in which wheels do not follow what is commanded."""
     off = _motors_off_by_goals(evidence)
     if off is not None:
@@ -179,7 +179,7 @@ def _not_turning(evidence: Evidence, robot: RobotModel, motion: Motion) -> Itera
             yield _blocked(motion, "right", begin, end, off)
 
 
-def _motors_off_by_goals(evidence: Evidence) -> FoundFault | None:
+def _motors_off_by_goals(evidence: Evidence) -> DiagnosedFault | None:
     for goal in evidence.goals:
         text = str((goal.result or {}).get("error_msg", ""))
         if "motors off" in text and goal.end_ns is not None:
@@ -187,7 +187,7 @@ def _motors_off_by_goals(evidence: Evidence) -> FoundFault | None:
             empty = evidence.battery[evidence.battery[:, 0] <= at + 0.1]
             if len(empty) and empty[-1, 1] < 0.5:
                 return None  # the battery explains it
-            return FoundFault(
+            return DiagnosedFault(
                 fault_at(at, "motors_off"),
                 f"{goal.action} ends with '{text}'",
                 0.9,
@@ -201,8 +201,8 @@ def _overlap(a: tuple[float, float], b: tuple[float, float]) -> bool:
 
 
 def _blocked(
-    motion: Motion, wheel: str, begin: float, end: float, off: FoundFault | None
-) -> FoundFault:
+    motion: Motion, wheel: str, begin: float, end: float, off: DiagnosedFault | None
+) -> DiagnosedFault:
     start = begin
     index = round(begin / STEP_S)
     turning = np.abs(motion.wheel_left) + np.abs(motion.wheel_right)
@@ -214,7 +214,7 @@ def _blocked(
     unpowered = fault_at(start - STEP_S, "motors_off", lasting=lasting)
     words = "neither wheel turns" if wheel == "both" else f"the {wheel} wheel does not turn"
     is_off = off is not None and wheel == "both"
-    return FoundFault(
+    return DiagnosedFault(
         unpowered if is_off else blocked,
         f"{words}, as commands ask for",
         0.7 if wheel == "both" else 0.9,
@@ -227,7 +227,7 @@ def _blocked(
 # ---- odometry --------------------------------------------------------------------------------
 
 
-def _wrong_odometry(robot: RobotModel, motion: Motion) -> Iterator[FoundFault]:
+def _wrong_odometry(robot: RobotModel, motion: Motion) -> Iterator[DiagnosedFault]:
     """Yield spans in which odometry differs from the wheels."""
     has_wheels = not np.isnan(motion.joint_v).all()
     v, w = (motion.joint_v, motion.joint_w) if has_wheels else (motion.ahead, motion.turn)
@@ -254,7 +254,7 @@ def _odometry_fault(
     inside: np.ndarray,
     begin: float,
     end: float,
-) -> Iterator[FoundFault]:
+) -> Iterator[DiagnosedFault]:
     half = separation_of(robot) / 2
     v, w = reference[0][inside], reference[1][inside]
     odom_v, odom_w = motion.odom_v[inside], motion.odom_w[inside]
@@ -301,7 +301,7 @@ def _odometry_fault(
     best, fault = models[0]
     others = [other for _, other in models[1:2]]
     ratio = best / max(models[1][0], 1e-9) if len(models) > 1 else 0.5
-    yield FoundFault(
+    yield DiagnosedFault(
         fault,
         f"odometry differs from the wheels by {drift[0]:+.2g} m/s and "
         f"{math.degrees(drift[1]):+.2g} deg/s",
@@ -332,7 +332,7 @@ def _fitted_error(
 
 def _slips(
     robot: RobotModel, motion: Motion, known: Sequence[tuple[float, float]]
-) -> Iterator[FoundFault]:
+) -> Iterator[DiagnosedFault]:
     """Yield spans in which the robot moves other than its wheels turn."""
     has_wheels = not np.isnan(motion.joint_v).all()
     v, w = (motion.joint_v, motion.joint_w) if has_wheels else (motion.odom_v, motion.odom_w)
@@ -368,7 +368,7 @@ def _impulse(
     end: float,
     inside: np.ndarray,
     force: Floats,
-) -> FoundFault:
+) -> DiagnosedFault:
     numbers = np.flatnonzero(inside)
     first, peak = numbers[0], numbers[int(np.nanargmax(force))]
     rise = float(motion.times[peak] - motion.times[first]) + STEP_S
@@ -384,7 +384,7 @@ def _impulse(
     shoves = [_shove(motion, start, first, scale) for scale in (1.0, 1.5, 2.5, 4.0)]
     is_push = rise > PUSH_RISES_S
     several = [*pushes, *shoves] if is_push else [*shoves, *pushes]
-    return FoundFault(several[0], why, 0.8, round(start, 2), round(end, 2), several[1:])
+    return DiagnosedFault(several[0], why, 0.8, round(start, 2), round(end, 2), several[1:])
 
 
 def _push(
@@ -408,7 +408,7 @@ def _shove(motion: Motion, start: float, first: int, scale: float) -> PlannedFau
 
 def _slip(
     motion: Motion, begin: float, end: float, inside: np.ndarray, dv: Floats, dw: Floats
-) -> FoundFault:
+) -> DiagnosedFault:
     turned = float(np.nanmedian(dw[inside]))
     ahead = float(np.nanmedian(dv[inside]))
     direction = 1 if float(np.nanmedian(motion.joint_v[inside])) >= 0 else -1
@@ -423,7 +423,7 @@ def _slip(
         for each in sides
         for grip in (GRIPS[2], *GRIPS)
     ]
-    return FoundFault(
+    return DiagnosedFault(
         several[0],
         f"the robot moves {ahead:+.2g} m/s and {math.degrees(turned):+.2g} deg/s other than its "
         "wheels turn",

@@ -34,9 +34,9 @@ from bt_mission.reproducing.comparison import (
     differences,
     outcome_of,
 )
+from bt_mission.reproducing.diagnosed import DiagnosedFault
 from bt_mission.reproducing.diagnosis import diagnose
 from bt_mission.reproducing.evidence import Evidence, EvidenceReader
-from bt_mission.reproducing.found import FoundFault
 from bt_mission.reproducing.guesses import Guesses
 from bt_mission.reproducing.joined import (
     files_in,
@@ -88,7 +88,7 @@ class Reproduction:
     """The result."""
 
     case: Case
-    found: Sequence[FoundFault]
+    diagnosed: Sequence[DiagnosedFault]
     faults: Sequence[PlannedFault]
     """Those of the scenario, after the search."""
     comparison: Comparison
@@ -106,9 +106,9 @@ class Reproduction:
         chosen = {fault.name for fault in self.faults}
         return {
             "name": self.case.name,
-            "faults": [each.as_dict() for each in self.found],
+            "faults": [each.as_dict() for each in self.diagnosed],
             "scenario_faults": [fault.text for fault in self.faults],
-            "left_out": sorted({each.name for each in self.found} - chosen),
+            "left_out": sorted({each.name for each in self.diagnosed} - chosen),
             "path_error_m": {"mean": comparison.mean, "largest": comparison.largest},
             "verdict_recorded": comparison.wanted.as_dict(),
             "verdict_simulated": comparison.got.as_dict(),
@@ -210,21 +210,21 @@ class _Reproducer:
     def run(self) -> Reproduction:
         evidence = self._recorded.evidence
         diagnosis = diagnose(evidence, self._recorded.robot)
-        found, around, things = diagnosis.found, diagnosis.around, diagnosis.things
+        diagnosed, around, things = diagnosis.faults, diagnosis.around, diagnosis.things
         name = self._options.name or _name(evidence.path)
         self._folder.mkdir(parents=True, exist_ok=True)
         case = self._case(name, around)
-        faults = self._nearest(case, Guesses(found))
+        faults = self._nearest(case, Guesses(diagnosed))
         comparison, report, simulated = self._simulated[_key(faults)]
         unexplained = [*differences(comparison), *self._open_questions(comparison)]
         sentence = _sentence(evidence.path, comparison)
-        notes = [sentence, *(str(each) for each in found)]
+        notes = [sentence, *(str(each) for each in diagnosed)]
         test = case.write(faults, notes, sentence)
         image = self._folder / f"{name}.png"
         write_file(image, picture(sentence, evidence, around, things, simulated))
         return Reproduction(
             case,
-            found,
+            diagnosed,
             faults,
             comparison,
             report,
@@ -433,7 +433,7 @@ def summary_lines(result: Reproduction) -> list[str]:
     lines = [f"{result.case.name}: {_sentence(Path(result.case.name), comparison)}"]
     lines += [f"  {note}" for note in result.notes]
     lines.append(f"  world: {counted(result.world_shapes, 'shape')}")
-    lines += [f"  fault {each}" for each in result.found] or ["  no fault found"]
+    lines += [f"  fault {each}" for each in result.diagnosed] or ["  no fault found"]
     again = (
         "the simulation ends in the same way"
         if comparison.is_repeated

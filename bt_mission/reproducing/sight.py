@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from bt_mission.core.geometry import Pose2D
 from bt_mission.core.text import seconds
+from bt_mission.reproducing.diagnosed import DiagnosedFault, fault_at
 from bt_mission.reproducing.evidence import Evidence, Floats, SeenScan, points_of
-from bt_mission.reproducing.found import FoundFault, fault_at
 from bt_mission.reproducing.silences import spans_where
 from bt_mission.reproducing.surroundings import HEIGHT, Surroundings
 from bt_mission.reproducing.tracing import Block, Disc, Segment, fit_disc
@@ -34,7 +34,7 @@ THICKNESS_M = 0.1
 """Of a thing of which one side was seen only."""
 
 
-def battery_faults(evidence: Evidence) -> Iterator[FoundFault]:
+def battery_faults(evidence: Evidence) -> Iterator[DiagnosedFault]:
     """Yield jumps of the battery's charge."""
     table = evidence.battery
     if len(table) < 3:
@@ -44,7 +44,7 @@ def battery_faults(evidence: Evidence) -> Iterator[FoundFault]:
     for number in np.flatnonzero(np.abs(np.diff(shares)) > 0.03)[:6]:
         at, share = float(table[number, 0]), min(max(float(shares[number + 1]), 0.0), 1.0)
         start = at + 0.01
-        yield FoundFault(
+        yield DiagnosedFault(
             fault_at(start, "battery_charge", round(share, 3)),
             f"the charge goes from {shares[number]:.0%} to {share:.0%} at once",
             0.95,
@@ -52,14 +52,14 @@ def battery_faults(evidence: Evidence) -> Iterator[FoundFault]:
         )
 
 
-def frozen_faults(evidence: Evidence) -> Iterator[FoundFault]:
+def frozen_faults(evidence: Evidence) -> Iterator[DiagnosedFault]:
     """Yield the spans in which scans repeat the one before, to the last bit."""
     period = evidence.topics["scan"].period_s if "scan" in evidence.topics else 0.1
     for begin, end in evidence.frozen:
         if end - begin < 1.5 * period or end < 0:
             continue
         lasting = None if end >= evidence.end_s - period else end - begin - period
-        yield FoundFault(
+        yield DiagnosedFault(
             fault_at(begin + period / 2, "lidar_frozen", lasting=lasting),
             f"scans repeat exactly from {seconds(begin)} to {seconds(end)}",
             0.95,
@@ -185,7 +185,7 @@ def _compare(
     return noise, bias, share, lost, visible
 
 
-def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[FoundFault]:
+def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[DiagnosedFault]:
     """Yield noise, bias and blindness of the lidar."""
     sight = sight_of(evidence, around)
     if sight is None or len(sight.times) < 2 * LEAST_SCANS:
@@ -199,7 +199,7 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[FoundFaul
         inside = (sight.times >= begin) & (sight.times <= end)
         level = float(np.median(sight.noise[inside]))
         sigma = round(math.sqrt(max(level**2 - usual_noise**2, 1e-6)), 3)
-        yield FoundFault(
+        yield DiagnosedFault(
             fault_at(begin - step / 2, "lidar_noise", sigma, lasting=lasting),
             f"ranges of neighbouring rays vary by {level:.3f} m, {usual_noise:.3f} m otherwise",
             0.9,
@@ -214,7 +214,7 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[FoundFaul
         metres = round(float(np.median(sight.bias[inside])) - usual_bias, 2)
         if abs(metres) < 0.02:
             continue
-        yield FoundFault(
+        yield DiagnosedFault(
             fault_at(begin - step / 2, "lidar_bias", metres, lasting=lasting),
             f"ranges are {metres:+g} m from the surfaces of the world",
             0.85,
@@ -242,7 +242,7 @@ def _spans(
 
 def _blind(
     sight: Sight, begin: float, end: float, lasting: float | None, step: float
-) -> FoundFault:
+) -> DiagnosedFault:
     inside = (sight.times >= begin) & (sight.times <= end)
     expected = sight.expected_rays[inside].sum(axis=0)
     lost = sight.lost_rays[inside].sum(axis=0)
@@ -253,7 +253,7 @@ def _blind(
     stop = None if lasting is None else round(end, 2)
     if blind.sum() >= 3 and share[known & ~blind].mean() < 0.1:
         low, high = _sector(sight.bearings, blind)
-        return FoundFault(
+        return DiagnosedFault(
             fault_at(start, "lidar_blind", (low, high), lasting=lasting),
             f"no returns between {low:g} and {high:g} deg, where the world has surfaces",
             0.9,
@@ -261,7 +261,7 @@ def _blind(
             stop,
         )
     part = round(min(float(lost.sum() / max(expected.sum(), 1)), 1.0), 2)
-    return FoundFault(
+    return DiagnosedFault(
         fault_at(start, "lidar_blind", share=part, lasting=lasting),
         f"{part:.0%} of the rays have no return, where the world has surfaces",
         0.85,
@@ -460,7 +460,7 @@ def _sees_through(evidence: Evidence, scan: SeenScan, place: tuple[float, float]
     return bool((near > distance + 0.2).sum() >= 2)
 
 
-def visitor_faults(seen: Sequence[Visitor]) -> Iterator[FoundFault]:
+def visitor_faults(seen: Sequence[Visitor]) -> Iterator[DiagnosedFault]:
     """Yield things that come as faults: they appear, move, and go."""
     for number, visitor in enumerate(seen, 1):
         name = f"thing {number}"
@@ -479,7 +479,7 @@ def visitor_faults(seen: Sequence[Visitor]) -> Iterator[FoundFault]:
         fault = fault_at(
             start, kind, at=at, name=name, nearest_free=True, lasting=lasting, **shape, **turned
         )
-        yield FoundFault(
+        yield DiagnosedFault(
             fault,
             f"scans show a thing at ({at[0]:.2f}, {at[1]:.2f}) m that is not in the world",
             0.85,
@@ -490,7 +490,7 @@ def visitor_faults(seen: Sequence[Visitor]) -> Iterator[FoundFault]:
         yield from _moves(name, visitor)
 
 
-def _moves(name: str, visitor: Visitor) -> Iterator[FoundFault]:
+def _moves(name: str, visitor: Visitor) -> Iterator[DiagnosedFault]:
     legs = list(zip(visitor.places, visitor.places[1:], strict=False))
     for (t0, x0, y0), (t1, x1, y1) in legs:
         way = math.dist((x0, y0), (x1, y1))
@@ -500,6 +500,6 @@ def _moves(name: str, visitor: Visitor) -> Iterator[FoundFault]:
         fault = fault_at(
             t0, "move_box", name, at=(round(x1, 3), round(y1, 3)), speed=speed, nearest_free=True
         )
-        yield FoundFault(
+        yield DiagnosedFault(
             fault, f"it moves at {speed:g} m/s", 0.7, round(t0, 2), round(t1, 2), is_needed=False
         )

@@ -9,8 +9,8 @@ import numpy as np
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
+from bt_mission.reproducing.diagnosed import DiagnosedFault, fault_at
 from bt_mission.reproducing.evidence import Evidence
-from bt_mission.reproducing.found import FoundFault, fault_at
 from bt_mission.reproducing.goals import GoalTrace
 
 STEP_S = 0.05
@@ -26,7 +26,7 @@ IDLE_S = 0.12
 """A server that is not active for longer after a cancel request had gone before it."""
 
 
-def silences(evidence: Evidence) -> Iterator[FoundFault]:
+def silences(evidence: Evidence) -> Iterator[DiagnosedFault]:
     """Yield the silences of sensors."""
     start_s = evidence.start_ns / NS
     last_s = evidence.end_s
@@ -63,11 +63,11 @@ def _gaps(evidence: Evidence, topic: str, start_s: float) -> Iterator[tuple[floa
 
 def _silence(
     evidence: Evidence, name: str, topic: str, start: float, end: float | None, period: float
-) -> FoundFault:
+) -> DiagnosedFault:
     lasting = None if end is None else end - start - period / 4
     arguments = ("odom",) if name == "drop" else ()
     until = "the end" if end is None else seconds(end)
-    return FoundFault(
+    return DiagnosedFault(
         fault_at(start, name, *arguments, lasting=lasting),
         f"no message on {topic} from {seconds(start)} to {until}, {1 / period:.3g} Hz otherwise",
         0.95 if evidence.topics[topic].count > 50 else 0.8,
@@ -76,7 +76,7 @@ def _silence(
     )
 
 
-def _late_topics(evidence: Evidence) -> Iterator[FoundFault]:
+def _late_topics(evidence: Evidence) -> Iterator[DiagnosedFault]:
     """Yield topics whose messages arrive late for a time, by their stamps."""
     start_s = evidence.start_ns / NS
     for topic in ("scan", "odom"):
@@ -92,7 +92,7 @@ def _late_topics(evidence: Evidence) -> Iterator[FoundFault]:
             inside = (table[:, 0] >= begin) & (table[:, 0] <= end)
             by = round(float(np.median(late[inside])), 2)
             since = begin - start_s - by
-            yield FoundFault(
+            yield DiagnosedFault(
                 fault_at(since, "delay", topic, by, lasting=end - begin),
                 f"messages on {topic} are {by:g} s older than usual when they arrive",
                 0.8,
@@ -127,7 +127,7 @@ def spans_where(
 # ---- goals -----------------------------------------------------------------------------------
 
 
-def goal_faults(evidence: Evidence, silent: Sequence[FoundFault]) -> Iterator[FoundFault]:
+def goal_faults(evidence: Evidence, silent: Sequence[DiagnosedFault]) -> Iterator[DiagnosedFault]:
     """Yield what goes wrong with goals.
 
     Args:
@@ -150,13 +150,13 @@ def goal_faults(evidence: Evidence, silent: Sequence[FoundFault]) -> Iterator[Fo
             by = round(answer - usual_answer, 2)
             why = f"the goal response takes {answer:.2g} s"
             fault = fault_at(sent - STEP_S / 2, "delay_answers", action, by, goals=1)
-            yield FoundFault(fault, why, 0.85, round(sent, 2), round(sent + answer, 2))
+            yield DiagnosedFault(fault, why, 0.85, round(sent, 2), round(sent + answer, 2))
         if result is not None and result > max(LATE_S, usual_result + LATE_SHARE):
             at = evidence.since_start(goal.served_end_ns or goal.start_ns)
             by = round(result - usual_result, 2)
             fault = fault_at(at - STEP_S / 2, "delay_results", action, by, goals=1)
             why = f"the result takes {result:.2g} s after the end of the goal"
-            yield FoundFault(fault, why, 0.85, round(at, 2), round(at + result, 2))
+            yield DiagnosedFault(fault, why, 0.85, round(at, 2), round(at + result, 2))
         yield from _unfinished(evidence, goal, action)
         yield from _cancels(evidence, goal, action)
         yield from _aborted(evidence, goal, action)
@@ -168,7 +168,7 @@ def _late(arrived_ns: int | None, since_ns: int | None) -> float | None:
     return (arrived_ns - since_ns) / NS
 
 
-def _is_blind(silent: Sequence[FoundFault], at: float) -> bool:
+def _is_blind(silent: Sequence[DiagnosedFault], at: float) -> bool:
     return any(
         each.name in ("lidar_dead", "odometry_dead", "drop")
         and each.start < at < (each.end or np.inf) + 1.0
@@ -176,15 +176,15 @@ def _is_blind(silent: Sequence[FoundFault], at: float) -> bool:
     )
 
 
-def _of_goal(at: float, name: str, action: str, why: str, confidence: float) -> FoundFault:
+def _of_goal(at: float, name: str, action: str, why: str, confidence: float) -> DiagnosedFault:
     start = at - STEP_S / 2
     fault = fault_at(start, name, action, 1)
-    return FoundFault(fault, f"{action}: {why}", confidence, round(at, 2))
+    return DiagnosedFault(fault, f"{action}: {why}", confidence, round(at, 2))
 
 
 def _unanswered(
     evidence: Evidence, goal: GoalTrace, sent: float, action: str
-) -> Iterator[FoundFault]:
+) -> Iterator[DiagnosedFault]:
     if evidence.end_s - sent < 0.5:
         return
     if goal.first_known_ns is not None or goal.feedback:
@@ -195,7 +195,7 @@ def _unanswered(
         yield _of_goal(sent, "ignore_goals", action, why, 0.8)
 
 
-def _unfinished(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[FoundFault]:
+def _unfinished(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[DiagnosedFault]:
     """Yield why the result of an accepted goal is missing."""
     if goal.status or goal.is_rejected or not goal.is_answered:
         return
@@ -207,7 +207,7 @@ def _unfinished(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[Fo
         return
     died = died_at(evidence, goal)
     if died is not None:
-        yield FoundFault(
+        yield DiagnosedFault(
             fault_at(died, "kill_server", action),
             f"{action}: neither feedback nor a result after {seconds(died)}",
             0.75,
@@ -235,7 +235,7 @@ def _base_stops(evidence: Evidence, at: float) -> float:
     return float(after[-1, 0]) + STEP_S / 2 if len(after) else at + STEP_S / 2
 
 
-def _cancels(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[FoundFault]:
+def _cancels(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[DiagnosedFault]:
     for cancel in goal.cancels:
         at = evidence.since_start(cancel.asked_ns)
         was_over = goal.served_end_ns is not None and goal.served_end_ns <= cancel.asked_ns
@@ -250,14 +250,14 @@ def _cancels(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[Found
             yield _of_goal(at, "refuse_cancels", action, why, 0.85)
 
 
-def _aborted(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[FoundFault]:
+def _aborted(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[DiagnosedFault]:
     """Yield an abort that its own result does not explain."""
     result = goal.result or {}
     code, message = result.get("error_code", None), str(result.get("error_msg", ""))
     if goal.status != "aborted" or message:
         return
     at = evidence.since_start(goal.served_end_ns or goal.ended_ns or goal.start_ns)
-    yield FoundFault(
+    yield DiagnosedFault(
         fault_at(at - STEP_S / 2, "abort_goal", action, *([int(code)] if code else [])),
         f"{action}: the server aborts the goal without a reason",
         0.8 if code is not None else 0.5,

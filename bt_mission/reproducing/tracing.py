@@ -141,8 +141,8 @@ def trace(cells: CellMap, points: Floats, *, smallest: int = 1) -> list[Shape]:
 def _components(
     occupied: npt.NDArray[np.bool_],
 ) -> tuple[npt.NDArray[np.int32], Sequence[int], Sequence[tuple[int, int]]]:
-    found: Any = cv2.connectedComponentsWithStats(occupied.astype(np.uint8), connectivity=8)
-    _, labels, stats, _ = found
+    components: Any = cv2.connectedComponentsWithStats(occupied.astype(np.uint8), connectivity=8)
+    _, labels, stats, _ = components
     sizes = [int(size) for size in stats[:, cv2.CC_STAT_AREA]]
     spans = [(int(row[cv2.CC_STAT_WIDTH]), int(row[cv2.CC_STAT_HEIGHT])) for row in stats]
     return labels, sizes, spans
@@ -198,8 +198,8 @@ def _explained(points: Floats, rect: tuple[float, float, float, float, float]) -
 def _near(tree: KDTree | None, points: Floats, centres: Floats, within: float) -> Floats:
     if tree is None:
         return np.empty((0, 2))
-    found = tree.query_ball_point(centres, within)
-    numbers = sorted({number for several in found for number in several})
+    neighbors = tree.query_ball_point(centres, within)
+    numbers = sorted({number for several in neighbors for number in several})
     return points[numbers]
 
 

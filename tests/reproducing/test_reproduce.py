@@ -85,7 +85,7 @@ def test_a_silent_lidar_is_named_and_its_violation_is_repeated(
 
 
 @pytest.mark.parametrize(
-    ("faults", "found"),
+    ("faults", "expected"),
     [
         (
             (
@@ -113,15 +113,15 @@ def test_a_silent_lidar_is_named_and_its_violation_is_repeated(
     ],
 )
 def test_faults_are_named_with_their_times(
-    faults: tuple[str, ...], found: dict[str, tuple[float, float | None]], tmp_path: Path
+    faults: tuple[str, ...], expected: dict[str, tuple[float, float | None]], tmp_path: Path
 ) -> None:
     """To a tenth of a second, and no others."""
     bag = recorded(tmp_path, *faults)
     evidence = EvidenceReader.of(RecordedFile(bag)).evidence(bag)
     diagnosis = diagnose(evidence, load_robot(find("robots", "waffle")))
-    named = {each.name: each for each in diagnosis.found}
-    assert set(named) == set(found)
-    for name, (start, end) in found.items():
+    named = {each.name: each for each in diagnosis.faults}
+    assert set(named) == set(expected)
+    for name, (start, end) in expected.items():
         assert named[name].start == pytest.approx(start, abs=0.11)
         assert named[name].end == (None if end is None else pytest.approx(end, abs=0.11))
 
@@ -207,7 +207,7 @@ def test_poses_of_odometry_that_drifts_are_corrected_by_scans(tmp_path: Path) ->
     odometry = Path2D(times, x, y, yaw, "odom")
     lost = replace(evidence, track=odometry, grid=None)
     truth = evidence.track.pose(evidence.end_s)
-    counted, found = (each.track.pose(evidence.end_s) for each in (lost, matched(lost)))
+    counted, corrected = (each.track.pose(evidence.end_s) for each in (lost, matched(lost)))
     assert abs(counted.yaw - truth.yaw) > 0.2
-    assert abs(found.yaw - truth.yaw) < 0.03
-    assert math.dist((found.x, found.y), (truth.x, truth.y)) < 0.05
+    assert abs(corrected.yaw - truth.yaw) < 0.03
+    assert math.dist((corrected.x, corrected.y), (truth.x, truth.y)) < 0.05

@@ -12,7 +12,7 @@ from bt_mission.faults.values import planned_fault
 
 
 @dataclass(frozen=True)
-class FoundFault:
+class DiagnosedFault:
     """A fault with its evidence.
 
     Attributes:
