@@ -237,7 +237,7 @@ def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
-    """Load and check a file; the names in a scenario's faults are looked for on its stage."""
+    """Load and check a file; names in a scenario's faults are looked for on its stage."""
     kind = kind_of(mission_file(options))
     refuse_for_kind(options, kind)
     if kind == "ranges":
@@ -254,7 +254,9 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     if kind == "scenario":
         from bt_mission.scenarios.run import look_for_names
 
-        look_for_names(examined)
+        # A stage imports all Python code that the files name.
+        if all(diagnostic.code != "BT-217" for diagnostic in diagnostics):
+            look_for_names(examined)
         return examined, diagnostics
     if goes_to_a_graph(options):
         return examined, diagnostics

@@ -140,6 +140,10 @@ def test_check_imports_python_leaves_where_told_to(cli: CommandLine) -> None:
     cli.write("m.yaml", "mission: m\ntree:\n  python: leaf.py:Leaf\n  inputs: {tmies: 2}\n")
     cli("check m.yaml")
     assert "--import-python" in cli.err
+    cli.write("good.yaml", "mission: m\ntree:\n  python: leaf.py:Leaf\n")
+    cli.write("a.scenario.yaml", "scenario: a\nmission: good.yaml\nsimulator: leaf.py:Leaf\n")
+    cli("check a.scenario.yaml")
+    assert cli.err.count("was not imported") == 2
     for command in ("check", "check --import-python", "run", "run --attach"):
         assert "is refused; --no-python" in cli.refused(f"{command} --no-python m.yaml")
     assert not Path("ran").exists()
