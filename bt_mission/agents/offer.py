@@ -96,6 +96,7 @@ def offer(site: Site) -> dict[str, Any]:
         ],
         "topics": list(site.written.topics),
         "requirements": {each.name: each.text for each in site.requirements},
+        "only_simulated": sorted(site.only_simulated),
         "evidence": {
             "runs": site.runs,
             "seeds": site.written.seeds,

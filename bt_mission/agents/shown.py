@@ -42,7 +42,9 @@ def shown(
     for row in margins(evidence):
         margin = row["least_margin"]
         by = "" if margin is None else f", smallest margin {margin:g} {row['unit']}"
-        yield f"  {row['requirement']}: held in {row['held']} of {row['runs']} runs{by}"
+        name = row["requirement"]
+        note = "; only simulated, halts nothing on the robot" if name in site.only_simulated else ""
+        yield f"  {name}: held in {row['held']} of {row['runs']} runs{by}{note}"
     results = folder.path("proposals", proposal.name, "results")
     for recording in sorted(results.glob("recordings/*.mcap"))[:1]:
         yield from ("", f"the worst run ({recording.with_suffix('.html')}):")

@@ -26,7 +26,8 @@ from bt_mission.language.nodes.base import NodeModel, Written
 from bt_mission.language.nodes.composites import FinallyNode
 from bt_mission.language.nodes.interfaces import PublishNode, ServiceNode, WaitForNode
 from bt_mission.language.permissions import Permissions
-from bt_mission.language.requirements.formula import Requirement
+from bt_mission.language.requirements.formula import Requirement, signals_in
+from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.written import Requirements, requirements_of
 from bt_mission.sessions.check import examine
 from sim.world.loader import load_world
@@ -91,6 +92,16 @@ class Site:
     def plans(self) -> dict[str, list[str]]:
         """The faults of simulated runs, by the names of their plans."""
         return {"none": [], **self.written.faults}
+
+    @property
+    def only_simulated(self) -> frozenset[str]:
+        """Names of requirements with signals that no robot measures: they halt nothing there."""
+        return frozenset(
+            each.name
+            for each in self.requirements
+            for signal in signals_in(each.root)
+            if SIGNALS[signal.name].known_by == "simulator"
+        )
 
     def requirements_file(self) -> dict[str, Any]:
         """Return the requirements as a file has them."""

@@ -76,6 +76,9 @@ def _missions(options: argparse.Namespace) -> ServedMissions:
         raise BtMissionError(
             f"--namespace: the namespace of the site is '{site.written.namespace}'", code="BT-1102"
         )
+    for name in sorted(site.only_simulated):
+        message = "only simulations have its signals: it halts nothing on this robot"
+        print(f"warning: requirement '{name}': {message}", file=sys.stderr)
     return PermittedMissions(folders, options.allow_python, site=site, folder=folder)
 
 

@@ -20,3 +20,5 @@ def test_a_mission_is_proposed_proved_simulated_and_driven_with_a_permit(played:
     (mission,) = played.robot.driven
     halting = {each.name for each in mission.requirements if each.on_violation == "halt"}
     assert halting == {"keeps clear", "is slow"}
+    # `clearance` is true room, which no sensor of a robot measures.
+    assert played.call("site")["only_simulated"] == ["keeps clear"]
