@@ -138,7 +138,7 @@ def prefixes() -> list[Path]:
     Python's are the prefixes of `pip install --user`, Debian's pip, and the environment.
     """
     sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
-    own = [_SOURCE.parents[2]] if _IS_INSTALLED else []
+    own = list(_SOURCE.parents[2:3]) if _IS_INSTALLED else []
     return list(dict.fromkeys([*map(Path, sourced), *own, Path(sys.prefix)]))
 
 

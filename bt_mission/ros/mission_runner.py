@@ -286,7 +286,8 @@ class MissionRunner(MissionRuntime):
         finally:
             if self.executive.is_done:
                 self._note_end()
-            self._release()
+            if self._after_tick is not None:
+                self._release()
 
     # ---- inside --------------------------------------------------------------------------
 

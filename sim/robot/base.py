@@ -102,8 +102,9 @@ class DifferentialBase:
 
     def read(self, time_ns: int, faults: OdometryFaults) -> float:
         """Update the odometry; return how far all wheels have turned together, rad."""
-        turned = self._encoders.read(*self._angles.tolist())
-        left, right = self.wheels[0]
+        angles = self._angles.tolist()
+        turned = self._encoders.read(*angles)
+        left, right = self._encoders.angles(*angles)
         self.odometry.read(left, right, time_ns, faults)
         return turned
 

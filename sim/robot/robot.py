@@ -349,13 +349,14 @@ class SimulatedRobot:
     def read_odometry(self) -> Odometry | PlanarOdometry:
         """Return odometry, updated to now, and update the battery."""
         time_ns = self.physics.time_ns
-        if time_ns != self.odometry.time_ns:
-            turned = self._base.read(time_ns, self.faults.now["odometry"])
+        base = self._base
+        if time_ns != base.odometry.time_ns:
+            turned = base.read(time_ns, self.faults.now["odometry"])
             battery = self._battery.battery
             battery.use(time_ns, turned if self.motors_on else 0.0)
             if self.motors_on and battery.is_empty:
                 self._switch_motors(on=False)
-        return self.odometry
+        return base.odometry
 
     def reset_odometry(self) -> None:
         """Reckon from here on: pose (0, 0, 0)."""

@@ -197,7 +197,5 @@ class Encoders:
 
     def angles(self, *angles: float) -> tuple[float, ...]:
         """Return the reading of the encoders at the true angles."""
-        return tuple(
-            now - start + vain
-            for now, start, vain in zip(angles, self._start, self._in_vain, strict=True)
-        )
+        places = zip(angles, self._start, self._in_vain, strict=True)
+        return tuple([now - start + vain for now, start, vain in places])

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import load_robot
 from sim.physics import physics
 from sim.physics.names import (
@@ -27,6 +28,7 @@ FIELDS = ("body_mass", "body_pos", "geom_size", "geom_friction", "qpos0", "actua
 def test_masses_are_those_of_the_robot(make_world, name):
     """Body and two wheels, nothing from the looks."""
     robot = load_robot(name)
+    assert isinstance(robot.drive, DifferentialDrive)
     model = compile_model(make_world(), [RobotSpawn(robot)])
     assert model.body_subtreemass[model.body(BASE).id] == (
         pytest.approx(robot.base_mass + 2 * robot.drive.wheel_mass)

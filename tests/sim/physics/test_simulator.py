@@ -117,7 +117,7 @@ def _raises(*_: Any) -> Any:
             "a step of 40 ms does not fit lidar.rate: a period of 100 ms",
         ),
         (
-            {"reset": lambda it: vars(it).update(time_ns=0, pose=(0, 0, 0))},
+            {"reset": lambda it: it.__dict__.update(time_ns=0, pose=(0, 0, 0))},
             "BT-812",
             "expected the start at (1, -1) m, 90 deg, got (0, 0) m, 0 deg",
         ),

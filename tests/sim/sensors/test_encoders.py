@@ -5,7 +5,7 @@ import pytest
 from sim.sensors.odometry import Encoders
 
 
-def read(encoders: Encoders, times: int) -> tuple[float, float]:
+def read(encoders: Encoders, times: int) -> tuple[float, ...]:
     """Angles after both wheels have turned by 0.1 rad that many times."""
     for index in range(1, times + 1):
         encoders.read(0.1 * index, 0.1 * index)

@@ -6,10 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import load_robot
 from sim.sensors.odometry import Odometry, wrapped
 
 WAFFLE = load_robot("waffle")
+assert isinstance(WAFFLE.drive, DifferentialDrive)
 RADIUS, SEPARATION = WAFFLE.drive.wheel_radius, WAFFLE.drive.wheel_separation
 
 

@@ -127,6 +127,14 @@ export function fieldRow(field, value = "") {
 
 const textOf = (path) => path.join(".");
 
+// Replace the items of a list; a button that had the focus gives it to the one in its place.
+function refill(list, items) {
+  const buttons = () => [...list.querySelectorAll("button")];
+  const place = buttons().indexOf(document.activeElement);
+  list.replaceChildren(...items);
+  if (place >= 0) buttons().slice(0, place + 1).pop()?.focus();
+}
+
 // The things of a world file: a tool that places or selects them, their list, and a form.
 export class WorldEditor {
   // act(facts): changes the text.
@@ -192,7 +200,7 @@ export class WorldEditor {
     if (this.path && !this.things.some((one) => textOf(one.path) === textOf(this.path))) this.plan.chosen = "";
     const { path } = this;
     byId("delete-thing").disabled = !path || path[0] === "spawn";
-    byId("things").replaceChildren(...this.things.map((one) => {
+    refill(byId("things"), this.things.map((one) => {
       const button = element("button", "", one.name);
       button.type = "button";
       button.setAttribute("aria-pressed", path !== null && textOf(one.path) === textOf(path));
@@ -283,7 +291,7 @@ export class FaultList {
   }
 
   list() {
-    byId("things").replaceChildren(...this.faults.map((one) => {
+    refill(byId("things"), this.faults.map((one) => {
       const remove = element("button", "", "Remove");
       remove.type = "button";
       remove.setAttribute("aria-label", `Remove ${one.text}`);

@@ -424,7 +424,8 @@ def test_a_world_is_drawn_on_its_map(play: Play, tmp_path: Path) -> None:
         await editor.look(f"{fields}.radius.focus(), {fields}.radius.select()")
         await editor.type("0.3")
         await editor.press("Enter")
-        await editor.until("document.querySelector('#plan .zone').getAttribute('r') === '0.3'")
+        radius = "document.querySelector('#plan .zone').getAttribute('r')"
+        await editor.until(f"{radius} === '0.3' && {IDLE}")
         await editor.look("document.querySelectorAll('#things button')[4].focus()")
         await editor.press("Enter")
         await editor.until(f"{fields}.name.value === 'wall beside A'")
