@@ -21,6 +21,7 @@ used, so that importing the package loads neither rclpy nor MuJoCo.
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.lazy import lazy_names
@@ -123,6 +124,11 @@ _load = lazy_names(
         "run_scenario": "bt_mission.scenarios.run",
     },
 )
+
+if "IPython" in sys.modules:
+    from bt_mission.views.notebook import show_richly
+
+    show_richly()
 
 
 def __getattr__(name: str) -> Any:

@@ -135,7 +135,7 @@ WORDS = {
 }
 
 
-def read_run(path: Path, robot: str | None = None) -> RecordedRun:
+def read_run(path: str | Path, robot: str | None = None) -> RecordedRun:
     """Read a recording; a cut one yields its content.
 
     Args:
@@ -144,7 +144,7 @@ def read_run(path: Path, robot: str | None = None) -> RecordedRun:
     Raises:
         RecordingError: The file is invalid, or has no run of a mission.
     """
-    file = RecordedFile(path, robot)
+    file = RecordedFile(Path(path), robot)
     run = RunReader(file)
     fold(file, run.take)
     return run.run()
