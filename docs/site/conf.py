@@ -58,6 +58,9 @@ html_js_files = ["versions.js"]
 templates_path = ["templates"]
 pygments_style, pygments_dark_style = "friendly", "github-dark"
 
+KNOWN_AS = {".ipynb": ".json"}
+"""Endings for which Pygments has a lexer, by those for which it has none."""
+
 # Tests know by these names what an example is.
 LEXERS = {
     "faults": TextLexer,
@@ -145,7 +148,8 @@ def show_files(_app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
     for page, path in shown_files.items():
         name = page.removeprefix("files/")
         text = path.read_text("utf-8")
-        code = highlight(text, get_lexer_for_filename(path.name), HtmlFormatter())
+        known = path.with_suffix(KNOWN_AS.get(path.suffix, path.suffix))
+        code = highlight(text, get_lexer_for_filename(known.name), HtmlFormatter())
         body = f"<h1>{path.name}</h1><p>The file <code>{name}</code> of the repository.</p>{code}"
         yield page, {"title": name, "body": body}, "page.html"
 
