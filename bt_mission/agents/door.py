@@ -35,7 +35,7 @@ from bt_mission.agents.offer import offer
 from bt_mission.agents.permits import valid_permit
 from bt_mission.agents.robot import Robot, marked
 from bt_mission.agents.site import Site
-from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.core.diagnostics import InputError
 
 MOST_FAULTS = 10
 _RUNNING = "running"
@@ -84,7 +84,10 @@ class Door:
         proposal = Proposal("mission", text, dict(inputs or {}))
         refuse_large(proposal)
         mission, diagnostics = self.site.examine(proposal)
-        return {"is_valid": mission is not None, "diagnostics": list(map(_of, diagnostics))}
+        return {
+            "is_valid": mission is not None,
+            "diagnostics": [each.as_dict() for each in diagnostics],
+        }
 
     def propose(
         self, name: str, text: str, inputs: Mapping[str, str] | None = None, seed: int | None = None
@@ -272,15 +275,3 @@ def margins(evidence: Evidence) -> list[dict[str, Any]]:
 def _report(folder: AgentFolder, name: str) -> str:
     page = folder.path("proposals", name, "results", "sweep.html")
     return str(page) if page.is_file() else ""
-
-
-def _of(each: Diagnostic) -> dict[str, Any]:
-    return {
-        "code": each.code,
-        "severity": each.severity,
-        "line": each.line,
-        "column": each.column,
-        "message": each.message,
-        "hint": each.hint,
-        "text": str(each),
-    }

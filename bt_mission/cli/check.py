@@ -322,11 +322,7 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
         except InputError as error:
             diagnostics += error.diagnostics
             code = BAD_INPUT
-    keys = ("file", "line", "column", "severity", "code", "message", "hint")
-    objects = [
-        {**{key: getattr(each, key) for key in keys}, "url": _url_of(each.code)}
-        for each in diagnostics
-    ]
+    objects = [{**each.as_dict(), "url": _url_of(each.code)} for each in diagnostics]
     print(json.dumps(objects, indent=2))
     return code
 

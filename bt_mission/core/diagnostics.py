@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Literal
+from typing import Any, Literal
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
@@ -58,6 +58,11 @@ class Diagnostic:
             return self.headline
         shown, caret = _excerpt(self.source, self.column)
         return f"{self.headline}\n    {shown}\n    {caret}^"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields for JSON, without the line of the input."""
+        keys = ("file", "line", "column", "severity", "code", "message", "hint")
+        return {key: getattr(self, key) for key in keys}
 
     @property
     def headline(self) -> str:

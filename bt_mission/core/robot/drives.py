@@ -7,6 +7,7 @@ rear one of a car, of all wheels of the others.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
@@ -31,14 +32,14 @@ class Wheels(RobotPart):
     wheel_width: Positive
 
     @property
+    @abstractmethod
     def places(self) -> tuple[Point2, ...]:
         """The place of each wheel on the floor, m."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def names(self) -> tuple[str, ...]:
         """The name of each wheel, in the order of `places`."""
-        raise NotImplementedError
 
     @property
     def max_curvature(self) -> float:
