@@ -7,8 +7,9 @@ seen make a text look like another one. :func:`escape_control` writes all of the
 - standard output and error: :mod:`bt_mission.core.terminal.streams`
 - Rich and Textual: :mod:`bt_mission.core.terminal.console`, :mod:`bt_mission.core.terminal.screen`
 - logs of ROS nodes: :mod:`bt_mission.core.ros_log`
-- HTML and SVG: :func:`escape_markup`; XML and YAML, which keep every value, write references and
-  escapes of their own for what is not :func:`is_shown`
+- HTML and SVG: :func:`escape_markup`, and :func:`escape_page` for a whole page in a frame
+- XML and YAML, which keep every value, write references and escapes of their own for what is not
+  :func:`is_shown`
 
 JSON needs none: ``json.dumps`` writes ASCII.
 """
@@ -58,6 +59,11 @@ def escape_uncoloured(line: str) -> str:
 def escape_markup(text: str) -> str:
     """Return a text as the content, or the value of an attribute, of an HTML or SVG element."""
     return html.escape(escape_lines(text))
+
+
+def escape_page(page: str) -> str:
+    """Return a whole page as the value of a frame's ``srcdoc``; its texts are escaped already."""
+    return html.escape(page)
 
 
 def is_shown(character: str) -> bool:

@@ -6,13 +6,12 @@ is imported before a cell shows it.
 
 from __future__ import annotations
 
-import html
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.text import escape_markup
+from bt_mission.core.text import escape_markup, escape_page
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
@@ -81,7 +80,7 @@ def _frame(page: str) -> str:
     # With an origin of its own: its scripts reach neither the notebook nor the network.
     return (
         f'<iframe sandbox="allow-scripts" width="100%" height="{HEIGHT_PX}" '
-        f'style="border: 0" srcdoc="{html.escape(page)}"></iframe>'
+        f'style="border: 0" srcdoc="{escape_page(page)}"></iframe>'
     )
 
 
