@@ -8,7 +8,7 @@ VENV ?= .venv
 MISSION ?= missions/explore.yaml
 # Of tests at once. One more than there are processors: tests of processes wait most of their time.
 PROCESSES ?= $(shell expr $$(nproc) + 1)
-FUZZ_ARGS ?= --target all --seconds 50
+FUZZ_ARGS ?= --target all --seconds 24
 # The newest of these that works is taken; `make demo PYTHON=python3.12` takes that one.
 PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
 
@@ -45,7 +45,7 @@ test: $(installed) ## run the tests, on all processors
 thorough: PYTEST_ARGS += --thorough
 thorough: test ## run the tests, and those that repeat them on every case or at length
 
-fuzz: $(installed) ## mutate what comes from outside for a minute, and look for what is not caught
+fuzz: $(installed) ## mutate what comes from outside for half a minute, and look for what is not caught
 	@$(bin)/python tools/fuzz.py $(FUZZ_ARGS)
 
 benchmarks: $(installed) ## a tiny run of each benchmark and campaign: do they work? For figures: .venv/bin/python -m benchmarks

@@ -108,19 +108,19 @@ def revise(number: int, graph: LiveGraph, text: str) -> tuple[str, str]:
     return came, "" if (code == 0) == result["is_applied"] else f"exit code {code}, but {came}"
 
 
-def mission(first: int, graph: LiveGraph) -> list[dict[str, object]]:
-    """Run a mission with its revisions; return the lines of the results."""
+def mission(first: int, last: int, graph: LiveGraph) -> list[dict[str, object]]:
+    """Run a mission with its revisions, the last of which ends it; return lines of the results."""
     draws, recording = random.Random(f"instants/{first}"), graph.folder / f"{first}.mcap"
     path = graph.folder / f"turns_{first}.yaml"
     path.write_text(version(first), encoding="utf-8")
     running = graph.run(path, "--editable", "--record", str(recording))
     running.until("first")
     lines: list[dict[str, object]] = []
-    for number in range(first + 1, first + EACH):
+    for number in range(first + 1, last):
         rest(draws.uniform(0, LONGEST_S))
         came, finding = revise(number, graph, version(number))
         lines.append({"number": number - 1, "came": came, "finding": finding})
-    came, finding = revise(first + EACH, graph, version(first + EACH, rounds=1))
+    came, finding = revise(last, graph, version(last, rounds=1))
     running.wait(within=240.0)
     output = running.output
     if "Traceback" in output:
@@ -129,7 +129,7 @@ def mission(first: int, graph: LiveGraph) -> list[dict[str, object]]:
         finding = f"end: {output.strip().splitlines()[-3:]}"
     elif early := early_goals(recording):
         finding = f"early goals: {early}"
-    lines.append({"number": first + EACH - 1, "came": came, "finding": finding})
+    lines.append({"number": last - 1, "came": came, "finding": finding})
     return lines
 
 
@@ -148,7 +148,7 @@ def main() -> None:
         graph.robot("empty_arena", "waffle", "--no-camera")
         done = len(options.results.read_text("utf-8").splitlines())
         for first in range(done, options.count, EACH):
-            for line in mission(first, graph):
+            for line in mission(first, min(first + EACH, options.count), graph):
                 results.write(json.dumps(line) + "\n")
                 print(f"{line['number']}: {line['came']} {line['finding']}", flush=True)
             results.flush()
