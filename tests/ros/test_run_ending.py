@@ -15,6 +15,7 @@ from rclpy.executors import SingleThreadedExecutor
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.ros import run_ending
 from bt_mission.testing import LiveGraph
+from tests.support.thorough import sample
 
 PROGRAM = """
 import sys
@@ -51,7 +52,7 @@ print(runner.status, phases, runner.report().reason, sep="; ", flush=True)
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("name", sample(["SIGINT", "SIGTERM"], 2))
 def test_a_goal_is_seen_to_its_end_after_ros_was_shut_down(
     live_graph: LiveGraph, name: str
 ) -> None:

@@ -51,6 +51,7 @@ def test_an_untrue_report_is_a_finding(
 
 
 @pytest.mark.process
+@pytest.mark.thorough  # the smoke of the campaigns runs another one
 def test_a_trial_judges_real_processes(benchmark: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Servers are killed in the midst of a mission: the base stands, the report tells it."""
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

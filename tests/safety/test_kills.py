@@ -9,13 +9,14 @@ from typing import Any
 import pytest
 
 from bt_mission.core.dds.middleware import FAST_DDS, PROFILES
+from tests.support.thorough import sample
 
 pytestmark = pytest.mark.process
 
 STANDSTILL = (0.0, 0.0)
 
 
-@pytest.mark.parametrize("killed", ["servers", "executive"])
+@pytest.mark.parametrize("killed", sample(["servers", "executive"], 2))
 def test_the_base_is_told_to_stand_and_stays(
     benchmark: Any, monkeypatch: pytest.MonkeyPatch, killed: str
 ) -> None:
