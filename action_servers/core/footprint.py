@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -22,19 +23,26 @@ class Footprint:
     """The robot seen from above: a rectangle, and the circle that it sweeps when it turns.
 
     Metres from the middle of the axle; `rear` is negative. Corners of the rectangle outside the
-    circle do not belong to the robot: the wheels are wider than the body, not longer.
+    circle do not belong to the robot: the wheels are wider than the body, not longer. `edges` are
+    those of a polygon instead of the rectangle around it: the direction outwards, and the distance
+    of the edge.
     """
 
     front: float
     rear: float
     half_width: float
     turning_radius: float
+    edges: tuple[tuple[float, float, float], ...] = ()
 
     def depth(self, forward: Floats, left: Floats) -> Floats:
         """Return how deep points lie inside, in metres, or a negative number outside."""
-        sides = np.minimum(
-            np.minimum(self.front - forward, forward - self.rear), self.half_width - np.abs(left)
-        )
+        if self.edges:
+            sides = reduce(np.minimum, (d - x * forward - y * left for x, y, d in self.edges))
+        else:
+            sides = np.minimum(
+                np.minimum(self.front - forward, forward - self.rear),
+                self.half_width - np.abs(left),
+            )
         return np.minimum(sides, self.turning_radius - np.hypot(forward, left))
 
     def grown(self, margin: float) -> Footprint:
@@ -47,13 +55,19 @@ class Footprint:
             self.rear - margin,
             self.half_width + margin,
             self.turning_radius,
+            tuple((x, y, distance + margin) for x, y, distance in self.edges),
         )
 
 
 def footprint(robot: RobotModel) -> Footprint:
     """Return the footprint of a robot."""
-    hull = robot.hull
-    return Footprint(hull.front, hull.rear, hull.half_width, robot.turning_radius)
+    hull, outline = robot.hull, robot.outline
+    edges = []
+    for (x, y), (x_2, y_2) in zip(outline, (*outline[1:], *outline[:1]), strict=True):
+        length = math.hypot(x_2 - x, y_2 - y)
+        out = (y_2 - y) / length, (x - x_2) / length
+        edges.append((*out, out[0] * x + out[1] * y))
+    return Footprint(hull.front, hull.rear, hull.half_width, robot.turning_radius, tuple(edges))
 
 
 def free_distance(points: Floats, body: Footprint, curvature: float, horizon: float) -> float:
@@ -64,6 +78,8 @@ def free_distance(points: Floats, body: Footprint, curvature: float, horizon: fl
     if it moves towards them.
     """
     if abs(curvature) < _STRAIGHT:
+        if body.edges:
+            return free_slide(points, body, 0.0 if horizon > 0.0 else math.pi, abs(horizon))
         return _free_straight(points, body, horizon)
     near = _within(points, body.turning_radius + abs(horizon))
     if not len(near):

@@ -1,10 +1,11 @@
 """The governor: every twist that a maneuver wants passes it on its way to the base.
 
-It checks, in this order: are the senses fresh; does another reason hold the base; can the hull stop
-before everything in the scan along this twist, turning included; does a moving obstacle approach on
-a collision course. The wanted twist is first limited to the robot's own limits, so that each check
-is about a twist that the base can drive. The result is that twist, a slower one on the same arc,
-zero, or, while a goal drives, a twist away from a moving obstacle; and the reason.
+It checks, in this order: are the senses fresh; does another reason hold the base; is a bumper
+pressed, or a cliff, where it drives; can the hull stop before everything in the scan along this
+twist, turning included; does a moving obstacle approach on a collision course. The wanted twist is
+first limited to the robot's own limits, so that each check is about a twist that the base can
+drive. The result is that twist, a slower one on the same arc, zero, or, while a goal drives, a
+twist away from a moving obstacle; and the reason.
 """
 
 from __future__ import annotations
@@ -118,7 +119,11 @@ class Governor:
         if not (-fastest <= linear <= fastest and -sharpest <= angular <= sharpest):
             linear = max(-fastest, min(linear, fastest))
             wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)), wanted.lateral)
-        twist, obstacle = self._in_room(wanted, now)
+        hazard = next((each for each in now.hazards if each.is_towards(wanted)), None)
+        if hazard is not None:
+            twist, obstacle = ZERO, hazard.words
+        else:
+            twist, obstacle = self._in_room(wanted, now)
         self._commanded = self.give_way.command(now, twist)
         if self.give_way.times or self.give_way.is_trapped:
             self.notes += self.give_way.notes()

@@ -10,6 +10,7 @@ those of ``base_footprint``, the point on the floor below the middle of the axle
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -23,6 +24,9 @@ from action_servers.core.error_codes import ErrorCode
 from bt_mission.core.geometry import Pose2D, Twist2D
 
 ZERO = Twist2D()
+
+_TOWARDS = 0.1
+"""The cosine of the angle at which a twist just drives past a hazard."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +74,20 @@ class Image:
     frame: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Hazard:
+    """What a pressed bumper or a cliff sensor reports: its bearing, rad from ahead, and a text."""
+
+    bearing: float
+    words: str
+
+    def is_towards(self, twist: Twist2D) -> bool:
+        """Return whether a twist drives in its direction. Turning on the spot does not."""
+        way = math.hypot(twist.linear, twist.lateral)
+        ahead = twist.linear * math.cos(self.bearing) + twist.lateral * math.sin(self.bearing)
+        return ahead > _TOWARDS * way
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """The state of the robot at one control step: the newest message of each kind.
@@ -80,7 +98,8 @@ class Observation:
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
     from step to step until a newer message comes, so an identity test shows whether they are new.
     `held` says what holds the base: why what the maneuver wanted last was not commanded, or is not
-    going to be now. While it `gives_way`, what is in the way of the goal does not end it.
+    going to be now. While it `gives_way`, what is in the way of the goal does not end it. `hazards`
+    are those of bumpers and cliff sensors.
     """
 
     time_s: float
@@ -93,6 +112,7 @@ class Observation:
     image: Image | None = None
     frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
     held: Held | None = None
+    hazards: tuple[Hazard, ...] = ()
 
     @property
     def held_by(self) -> Reason | None:

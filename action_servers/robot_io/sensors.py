@@ -19,10 +19,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Image as ImageMessage
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import LaserScan, Range
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.maneuver import Image, Observation, Scan
+from action_servers.core.maneuver import Hazard, Image, Observation, Scan
 from action_servers.core.merged_scan import ScanMerger
 from action_servers.robot_io.frames import Frames, PlaceOnMap
 from action_servers.robot_io.messages import (
@@ -169,6 +170,43 @@ class CameraUser:
         self._stream.turn_off(self)
 
 
+@dataclass(frozen=True, slots=True)
+class HazardTopic:
+    """A topic of which each message says whether a hazard is present."""
+
+    type: Any
+    qos: QoSProfile
+    latest: Latest[bool]
+    hazard: Hazard
+
+
+def _bumpers(robot: RobotModel) -> dict[str, HazardTopic]:
+    unpack = partial(deserialize_message, message_type=Bool)
+    return {
+        f"bumper_{name}": HazardTopic(
+            Bool,
+            LATCHED,
+            Latest(unpack, lambda message: bool(message.data)),
+            Hazard(bumper.bearing, f"the bumper {name} is pressed"),
+        )
+        for name, bumper in robot.bumpers.items()
+    }
+
+
+def _cliffs(robot: RobotModel) -> dict[str, HazardTopic]:
+    unpack = decoder_of("sensor_msgs/msg/Range").decode
+    return {
+        f"range_{name}": HazardTopic(
+            Range,
+            NEWEST,
+            Latest(unpack, lambda message: message.range > message.max_range),
+            Hazard(sensor.bearing, f"the cliff sensor {name} sees no floor"),
+        )
+        for name, sensor in robot.range_sensors.items()
+        if sensor.kind == "cliff"
+    }
+
+
 class SensorSubscriptions:
     """The subscriptions of a node, and the observation of the robot from them.
 
@@ -191,6 +229,7 @@ class SensorSubscriptions:
             for topic, lidar in lidars.items()
         }
         self._scan = self._scans["scan"]
+        self._hazards = {**_bumpers(robot), **_cliffs(robot)}
         self._merger = ScanMerger(tuple(lidars.values())) if len(lidars) > 1 else None
         self._odometry = Latest(odometry_picker().pick, odometry_of)
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
@@ -205,6 +244,8 @@ class SensorSubscriptions:
         for topic, scan in self._scans.items():
             name = wiring.scan + topic.removeprefix("scan")
             self._listen(LaserScan, name, scan.take, NEWEST, largest=LARGEST_SCAN)
+        for topic, hazard in self._hazards.items():
+            listen(hazard.type, topic, hazard.latest.take, hazard.qos)
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
         listen(TFMessage, wiring.tf, self._frames.moving.append, TRANSFORMS)
         if listen_to_map:
@@ -254,7 +295,12 @@ class SensorSubscriptions:
             grid=self._grid.value() if on_map else None,
             image=self.camera.value(),
             frame_on_map=self._frames.on_map if on_map else None,
+            hazards=self._present_hazards() if self._hazards else (),
         )
+
+    def _present_hazards(self) -> tuple[Hazard, ...]:
+        hazards = self._hazards.values()
+        return tuple(each.hazard for each in hazards if each.latest.value())
 
     def _merged_scan(self) -> Scan | None:
         assert self._merger is not None

@@ -22,6 +22,7 @@ from bt_mission.cli.options import (
     REQUIRE,
     ROBOT,
     SET,
+    SIMULATOR,
     WORLD,
     announce,
     mission_file,
@@ -525,6 +526,7 @@ COMMANDS = {
             SET,
             WORLD,
             ROBOT,
+            SIMULATOR,
             NO_PYTHON,
             Option(
                 "-o --output FOLDER",

@@ -11,12 +11,15 @@ from bt_mission.cli.options import (
     IMAGES,
     NAMESPACE,
     NETWORK,
+    NO_PYTHON,
     ROBOT,
     SEED,
+    SIMULATOR,
     SPEED,
     WALL_CLOCK,
     WORLD,
     prepare_graph,
+    simulator_of,
 )
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import EPILOG, checked
@@ -30,16 +33,19 @@ def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
     prepare_graph(options)
     from bt_mission.core.robot.model import load_robot
+    from bt_mission.sessions.own_nodes import imported
     from sim.physics.spawn import RobotSpawn, read
     from sim.ros.live import main
     from sim.ros.node import SimOptions
 
+    simulator = simulator_of(options)
     alone = [] if options.robots else [RobotSpawn(load_robot(options.robot or ROBOT_MODEL))]
     return main(
         world=options.world,
         robots=[*alone, *map(read, options.robots or ())],
         options=SimOptions(
             seed=options.seed,
+            simulator=None if simulator is None else imported(simulator),
             namespace=options.namespace,
             camera=not options.no_camera,
             with_map=not options.no_map,
@@ -138,6 +144,8 @@ COMMANDS = {
             nargs="+",
             excludes=each("robot"),
         ),
+        SIMULATOR.but(excludes=each("robots", why="it moves one robot")),
+        NO_PYTHON,
         SEED.but(help="seed of the sensor noise", default=0),
         SPEED.but(help="simulated seconds per second (default: 1)", default=1.0),
         NAMESPACE,

@@ -24,6 +24,7 @@ from bt_mission.faults.parameters import (
     seconds,
     steps,
 )
+from bt_mission.faults.world import OBSTACLES, OF_A_BOX
 from sim.faults import PartFaults, WheelFaults
 from sim.sensors.camera import CameraFaults
 from sim.sensors.lidar import LidarFaults
@@ -31,6 +32,10 @@ from sim.sensors.odometry import OdometryFaults
 
 SECTORS = "sectors"
 SIDES = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
+
+
+ON_BODIES = frozenset(("push", "shove", "slip_wheel", "block_wheel", *OBSTACLES, *OF_A_BOX))
+"""Faults that act on bodies: another simulator in place of MuJoCo refuses them."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from bt_mission.faults.drawing import (
     faults_of,
 )
 from bt_mission.faults.planned import PlannedFault
+from bt_mission.faults.robot import ON_BODIES
 from bt_mission.faults.values import planned_fault
 from bt_mission.faults.world import MOST_OBSTACLES, OBSTACLES
 from bt_mission.search.candidate import Candidate
@@ -102,6 +103,9 @@ class SearchSpace:
         )
         kinds = faults_of(ranges.faults.kinds or _default_kinds(given))
         names = [kind for kind in kinds if can_be_drawn(kind, choice) and kind not in given.lacking]
+        if "simulator" in base.data:  # of others: it refuses what acts on bodies
+            names = [kind for kind in names if kind not in ON_BODIES]
+            self._most_obstacles = 0
         self._choice = replace(choice, names=names)
         self._appearing = replace(
             choice,

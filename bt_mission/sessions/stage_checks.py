@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import MountedSensor, RobotModel, load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
 from bt_mission.language.nodes.leaves import PythonNode
@@ -40,11 +40,7 @@ def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the rates of sensors that do not fit the steps of the physics, with their keys."""
     from sim.ros.schedule import RateError, period_of  # noqa: PLC0415 - MuJoCo takes long
 
-    sensors = {name: part for name, part in robot if isinstance(part, MountedSensor)}
-    rates: dict[tuple[str, ...], float] = {("odometry_rate",): robot.odometry_rate}
-    rates |= {(name, "rate"): part.rate for name, part in sensors.items()}
-    rates |= {("lidars", name, "rate"): part.rate for name, part in robot.lidars.items()}
-    for path, rate in rates.items():
+    for path, rate in robot.rates.items():
         try:
             period_of(rate, ".".join(path))
         except RateError as error:

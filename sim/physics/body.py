@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from bt_mission.core.robot.body import BoxBody, CylinderBody
-from bt_mission.core.robot.drives import DifferentialDrive, OmnidirectionalDrive
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import CameraModel, RobotModel
 from sim.physics.names import (
     ACCELEROMETER,
@@ -166,12 +166,7 @@ def _add_planar_drive(
         servo.forcelimited = True
         servo.forcerange = [-1.0, 1.0]  # the base sets it
         servo.group = group
-    headings = (
-        [math.radians(wheel.heading) for wheel in drive.wheels]
-        if isinstance(drive, OmnidirectionalDrive)
-        else [0.0] * len(drive.places)
-    )
-    for (x, y), heading in zip(drive.places, headings, strict=True):
+    for (x, y), heading in zip(drive.places, drive.headings, strict=True):
         size = [drive.wheel_radius, drive.wheel_width / 2, 0]
         at = [x, y, drive.wheel_radius - height]
         _add_look(base, mujoco.mjtGeom.mjGEOM_CYLINDER, size, at).quat = _sideways(heading)

@@ -67,6 +67,13 @@ class Contacts:
             touched.setdefault(self._names[geoms[index, 1 - side]], index)
         return touched
 
+    def places(self, data: mujoco.MjData) -> npt.NDArray[np.float64]:
+        """Return where the robot is being touched, `n x 2` m on the map."""
+        geoms = data.contact.geom
+        touches = (self._is_robot[geoms] & self._is_obstacle[geoms[:, ::-1]]).any(axis=1)
+        places: npt.NDArray[np.float64] = data.contact.pos[touches, :2]
+        return places
+
     def forget(self) -> None:
         """Start again: the next touch of an obstacle is a new collision."""
         self._last_touch_ns.clear()

@@ -231,6 +231,11 @@ class Physics:
         """Time since the start, or since the last reset, s."""
         return (self.time_ns - self._epoch_ns) / 1e9
 
+    @property
+    def is_touching(self) -> bool:
+        """Whether a robot touches anything but the floor."""
+        return bool(self.data.ncon > self._on_floor[0])
+
     def put_in_place(self) -> None:
         """Compute again what follows from all poses."""
         mujoco.mj_forward(self.model, self.data)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from bt_mission.core.errors import BtMissionError, described
 from bt_mission.core.robot.drives import DifferentialDrive
-from bt_mission.core.robot.model import MountedSensor, RobotModel
+from bt_mission.core.robot.model import RobotModel
 from sim.physics.names import BASE, STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.world.world import World
@@ -247,9 +247,7 @@ _MEMBERS = ("step_ns", "time_ns", "pose", "advance_to", "ranges", "reset")
 
 def periods_ns(robot: RobotModel) -> Mapping[str, int]:
     """Return the period of each sensor and of the odometry, ns, by the name of its rate."""
-    rates = {f"{name}.rate": part.rate for name, part in robot if isinstance(part, MountedSensor)}
-    rates["odometry_rate"] = robot.odometry_rate
-    return {name: round(1e9 / rate) for name, rate in rates.items()}
+    return {".".join(path): round(1e9 / rate) for path, rate in robot.rates.items()}
 
 
 def _at(pose: Pose) -> str:

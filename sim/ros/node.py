@@ -22,10 +22,9 @@ from sim.physics.simulator import SimulatorFactory
 from sim.physics.spawn import RobotSpawn
 from sim.ros.localization import localise
 from sim.ros.schedule import Schedule
-from sim.ros.sensor_topics import RELIABLE, publish_sensor
+from sim.ros.sensor_topics import LATCHED, RELIABLE, publish_sensor
 from sim.ros.topics import (
     COMMAND_TYPES,
-    LATCHED,
     REQUESTS,
     CommandType,
     RobotPublishers,
@@ -116,7 +115,7 @@ class SimNode(RobotNode):
             if options.localises and not lean:
                 localise(self, self._schedule, self._stamp, robot)
             for sensor in robot.sensors:
-                if options.camera or sensor.name != "camera":
+                if options.camera or not sensor.is_camera:
                     publish_sensor(self, self._schedule, self._stamp, robot, sensor)
             for warning in unseen(world, robot.robot):
                 self._log.warning(warning)

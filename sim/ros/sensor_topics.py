@@ -9,7 +9,7 @@ from typing import Any
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
 from bt_mission.core.cdr.writer import MessageTemplate
@@ -19,18 +19,19 @@ from sim.ros.schedule import Schedule
 from sim.sensors.sensor import Sensor
 
 RELIABLE = QoSProfile(depth=10)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 def publish_sensor(
     node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot, sensor: Sensor
 ) -> None:
-    """Publish a sensor's measurements, at its rate and while somebody subscribes.
+    """Publish a sensor's measurements, at its rate and while somebody subscribes, or latched.
 
     The message is made once, and gets new numbers for each measurement. `stamp` is shared.
     """
     message = empty_message(sensor, stamp)
-    qos = RELIABLE if sensor.is_reliable else SENSOR_DATA
+    qos = LATCHED if sensor.is_latched else RELIABLE if sensor.is_reliable else SENSOR_DATA
     publisher = node.create_publisher(type(message), robot.prefix + sensor.topic, qos)
     make = _packed if sensor.fields else _filled
     schedule.every(
@@ -74,8 +75,8 @@ def _filled(
     parts, name = sensor.mount.faults.now, sensor.name
 
     def publish(index: int) -> None:
-        if publisher.get_subscription_count() and not parts[name].dead:
-            sensor.fill(message, index)
+        is_wanted = sensor.is_latched or publisher.get_subscription_count()
+        if is_wanted and not parts[name].dead and sensor.fill(message, index):
             if sensor.notice:
                 log_of(node).warning(sensor.notice)
                 sensor.notice = ""

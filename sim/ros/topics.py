@@ -16,7 +16,7 @@ from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
@@ -35,10 +35,9 @@ from sim.robot.frames import fixed_frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
-from sim.ros.sensor_topics import RELIABLE
+from sim.ros.sensor_topics import LATCHED, RELIABLE
 
 COMMANDS = QoSProfile(depth=1)  # of several waiting ones, only the newest counts
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REQUESTS = QoSProfile(depth=MOST_WAITING)
 TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from bt_mission.core.robot.model import CameraModel as CameraSpec
+from bt_mission.core.robot.model import DepthCameraModel as DepthCameraSpec
 from bt_mission.core.robot.model import RobotModel
 from sim.faults import SensorFaults, within
 from sim.frames import BASE_LINK, FramePose, Quaternion
@@ -26,7 +27,7 @@ FRAME = "camera_rgb_frame"
 OPTICAL_FRAME = "camera_rgb_optical_frame"
 
 # REP 103: z into the picture, x to its right, y down.
-_OPTICAL: Quaternion = (-0.5, 0.5, -0.5, 0.5)
+OPTICAL: Quaternion = (-0.5, 0.5, -0.5, 0.5)
 
 
 class CameraFaults(SensorFaults):
@@ -169,6 +170,7 @@ class CameraInfoSensor(Sensor):
     topic = "camera/camera_info"
     message = "sensor_msgs/msg/CameraInfo"
     frame = FRAME
+    is_camera = True
     breaks = NO_CAMERA_FAULTS
 
     @classmethod
@@ -178,18 +180,22 @@ class CameraInfoSensor(Sensor):
 
     @override
     def constants(self) -> Mapping[str, Any]:
-        spec = self.spec
-        focal = spec.width / (2 * math.tan(spec.hfov / 2))
-        cx, cy = spec.width / 2, spec.height / 2
-        return {
-            "width": spec.width,
-            "height": spec.height,
-            "distortion_model": "plumb_bob",
-            "d": [0.0] * 5,
-            "k": [focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
-            "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-            "p": [focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
-        }
+        return pinhole(self.spec)
+
+
+def pinhole(spec: CameraSpec | DepthCameraSpec) -> Mapping[str, Any]:
+    """Return the calibration of a camera without distortion and with square pixels."""
+    focal = spec.width / (2 * math.tan(spec.hfov / 2))
+    cx, cy = spec.width / 2, spec.height / 2
+    return {
+        "width": spec.width,
+        "height": spec.height,
+        "distortion_model": "plumb_bob",
+        "d": [0.0] * 5,
+        "k": [focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
+        "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        "p": [focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    }
 
 
 class CameraSensor(Sensor):
@@ -199,6 +205,7 @@ class CameraSensor(Sensor):
     topic = "camera/image_raw"
     message = "sensor_msgs/msg/Image"
     frame = FRAME
+    is_camera = True
     breaks = NO_CAMERA_FAULTS
 
     def __init__(self, mount: Mount) -> None:
@@ -218,7 +225,7 @@ class CameraSensor(Sensor):
         return [
             FramePose(BASE_LINK, LINK, spec.link),
             FramePose(LINK, FRAME, (spec.x - x, spec.y - y, spec.z - z)),
-            FramePose(FRAME, OPTICAL_FRAME, (0.0, 0.0, 0.0), _OPTICAL),
+            FramePose(FRAME, OPTICAL_FRAME, (0.0, 0.0, 0.0), OPTICAL),
         ]
 
     @override
@@ -238,11 +245,11 @@ class CameraSensor(Sensor):
         }
 
     @override
-    def fill(self, message: Any, index: int) -> None:
+    def fill(self, message: Any, index: int) -> bool:
         """Render into the message, in place; a frozen one keeps its image."""
         faults, spec = self.faults, self.spec
         if faults.frozen and self._has_drawn:
-            return
+            return True
         self._camera = self._camera or self._open()
         pixels = np.frombuffer(message.data, np.uint8).reshape(spec.height, spec.width, 3)
         self._camera.draw(self.mount.physics.data, pixels)
@@ -251,6 +258,7 @@ class CameraSensor(Sensor):
         if faults is not NO_CAMERA_FAULTS:
             self._distortion.apply(faults, pixels, index)
         self._has_drawn = True
+        return True
 
     @override
     def close(self) -> None:

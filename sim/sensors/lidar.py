@@ -5,7 +5,6 @@ from __future__ import annotations
 import array
 import math
 from collections.abc import Mapping
-from functools import cache
 from statistics import NormalDist
 from typing import Annotated, Any
 
@@ -251,6 +250,7 @@ class LidarSensor(Sensor):
     """A robot's lidar, and its scans."""
 
     name = "lidar"
+    table = "lidars"
     topic = "scan"
     message = "sensor_msgs/msg/LaserScan"
     frame = "base_scan"
@@ -335,25 +335,10 @@ class LidarSensor(Sensor):
         return ranges
 
     @override
-    def fill(self, message: Any, index: int) -> None:
+    def fill(self, message: Any, index: int) -> bool:
         """Write a full turn of any number of rays."""
         ranges = self.scan(index)
         step = math.tau / len(ranges)
         message.angle_max, message.angle_increment = step * (len(ranges) - 1), step
         message.ranges = array.array("f", ranges.tobytes())
-
-
-@cache
-def further_lidar(name: str) -> type[LidarSensor]:
-    """Return the kind of sensor of a further lidar, by its name in the robot's file."""
-
-    def figures(_: Any, robot: RobotModel) -> LidarModel | None:
-        return robot.lidars.get(name)
-
-    fields = {
-        "name": f"lidar_{name}",
-        "topic": f"scan_{name}",
-        "frame": f"base_scan_{name}",
-        "figures": classmethod(figures),
-    }
-    return type(f"Lidar_{name}", (LidarSensor,), fields)
+        return True

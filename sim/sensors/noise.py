@@ -46,9 +46,13 @@ class PictureNoise:
 
     def add(self, pixels: npt.NDArray[np.uint8], index: int, sigma: float = PICTURE_SIGMA) -> None:
         """Change picture `index` (from 0) in place; `sigma` is a share of full scale."""
-        generator = np.random.default_rng((*self._key, index))
-        noise = generator.standard_normal(pixels.shape, dtype=np.float32)
+        noise = self.normal(pixels.shape, index)
         noise *= 255 * sigma
         noise += pixels
         np.clip(np.rint(noise, out=noise), 0, 255, out=noise)
         pixels[:] = noise
+
+    def normal(self, shape: int | tuple[int, ...], index: int) -> npt.NDArray[np.float32]:
+        """Return the normal noise of picture `index`, of standard deviation 1."""
+        generator = np.random.default_rng((*self._key, index))
+        return generator.standard_normal(shape, dtype=np.float32)

@@ -41,6 +41,11 @@ class Sensor:
     """The frame of its measurements; empty if they have no place."""
     is_reliable: ClassVar[bool] = True
     """False: published best effort."""
+    is_latched: ClassVar[bool] = False
+    """Published for late subscribers, too, and only when `fill` has something new."""
+    is_camera: ClassVar[bool] = False
+    table: ClassVar[str] = ""
+    """Of several sensors with names: the field of `RobotModel` that has them."""
     breaks: ClassVar[SensorFaults] = SensorFaults()
     """Its faults, all absent; while nothing is wrong, `faults` is this object."""
 
@@ -85,8 +90,35 @@ class Sensor:
         """Return the numbers of `fields` in measurement `index`, which counts from the start."""
         raise NotImplementedError
 
-    def fill(self, message: Any, index: int) -> None:
-        """Write measurement `index` into the message, which is always the same."""
+    def fill(self, message: Any, index: int) -> bool:  # noqa: ARG002 - of others
+        """Write measurement `index` into the message, which is always the same.
+
+        Return whether it is to be published.
+        """
+        return True
 
     def close(self) -> None:
         """Give back what it holds. It measures no more."""
+
+
+_NAMED: dict[tuple[type[Sensor], str], type[Sensor]] = {}
+
+
+def named(kind: type[Sensor], name: str) -> type[Sensor]:
+    """Return the kind of a sensor with a name in the robot's file; always the same.
+
+    The name follows those of part, topic and frame: `range_front`.
+    """
+
+    def figures(cls: type[Sensor], robot: RobotModel) -> Any:
+        return getattr(robot, cls.table).get(name)
+
+    if (kind, name) not in _NAMED:
+        fields = {
+            "name": f"{kind.name}_{name}",
+            "topic": f"{kind.topic}_{name}",
+            "frame": kind.frame and f"{kind.frame}_{name}",
+            "figures": classmethod(figures),
+        }
+        _NAMED[kind, name] = type(f"{kind.__name__}_{name}", (kind,), fields)
+    return _NAMED[kind, name]

@@ -10,6 +10,7 @@ import pytest
 from bt_mission.cli.main import main
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import kind_of
+from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.scenarios.loader import examine_scenario
 from bt_mission.sessions.check import examine
@@ -18,7 +19,7 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_checks import TOPICS, stage_problems
 from bt_mission.sweeps.ranges import RangesFile
-from sim.sensors.kinds import SENSORS
+from sim.sensors.kinds import sensors_of
 from tests.support.project import ROOT
 
 WORLDS = sorted((ROOT / "worlds").glob("*.yaml"))
@@ -150,6 +151,6 @@ def test_the_topics_are_those_of_a_stage(tmp_path: Path) -> None:
     public = {
         topic for topic in names if "/_action/" not in topic and not topic.startswith("mission")
     }
-    known = TOPICS | {kind.topic for kind in SENSORS}
+    known = TOPICS | {kind.topic for kind in sensors_of(load_robot("waffle"))}
     # Those of explorations, of viewers, and of faults are not there in this run.
     assert known - public <= {"coverage", "waypoints", "amcl_pose"}

@@ -52,11 +52,24 @@ class Wheels(RobotPart):
         return 0.0
 
     @property
-    def reach(self) -> tuple[float, float, float]:
-        """How far wheels extend ahead, behind (negative) and to a side, m."""
-        xs, ys = zip(*self.places, strict=True)
-        radius, half = self.wheel_radius, self.wheel_width / 2
-        return max(xs) + radius, min(xs) - radius, max(abs(y) for y in ys) + half
+    def headings(self) -> tuple[float, ...]:
+        """The direction in which each wheel rolls, rad from ahead."""
+        return (0.0,) * len(self.places)
+
+    @property
+    def corners(self) -> tuple[Point2, ...]:
+        """The corners of all wheels seen from above, m."""
+        sides = [
+            (i * self.wheel_radius, j * self.wheel_width / 2) for i in (1, -1) for j in (1, -1)
+        ]
+        return tuple(
+            (
+                x + math.cos(h) * along - math.sin(h) * aside,
+                y + math.sin(h) * along + math.cos(h) * aside,
+            )
+            for (x, y), h in zip(self.places, self.headings, strict=True)
+            for along, aside in sides
+        )
 
 
 class DifferentialDrive(Wheels):
@@ -192,15 +205,9 @@ class OmnidirectionalDrive(Wheels):
         return tuple(f"wheel_{number}" for number in range(1, len(self.wheels) + 1))
 
     @property
-    def reach(self) -> tuple[float, float, float]:
-        """How far wheels extend ahead, behind (negative) and to a side, m."""
-        fronts, sides = [], []
-        for wheel in self.wheels:
-            along, aside = abs(math.cos(h := math.radians(wheel.heading))), abs(math.sin(h))
-            half = self.wheel_width / 2
-            fronts.append((wheel.x, along * self.wheel_radius + aside * half))
-            sides.append(abs(wheel.y) + aside * self.wheel_radius + along * half)
-        return max(x + r for x, r in fronts), min(x - r for x, r in fronts), max(sides)
+    def headings(self) -> tuple[float, ...]:
+        """The direction in which each wheel rolls, rad from ahead."""
+        return tuple(math.radians(wheel.heading) for wheel in self.wheels)
 
 
 Drive: TypeAlias = Annotated[

@@ -11,14 +11,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from bt_mission.core import files
-from bt_mission.core.robot.body import Body, Hull
+from bt_mission.core.robot.body import Body, Hull, PolygonBody, convex
 from bt_mission.core.robot.drives import Drive
 from bt_mission.core.robot.parts import (
     NotNegative,
     Number,
+    Point2,
     Point3,
     Positive,
     RobotPart,
@@ -27,26 +28,39 @@ from bt_mission.core.robot.parts import (
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 
+_STRIDE_M, _EDGE_STEP_M = 0.1, 0.05
+"""How far behind the base it must see, and at which distances, m."""
+
 _WHOLE_DIGITS = 9
 """Decimals of a hull in m: without the error of a sum."""
 
 Error = Annotated[float, Field(ge=-0.5, le=0.5, allow_inf_nan=False)]
 Bearing = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-LidarKey = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,19}$")]
+SensorKey = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,19}$")]
 LidarName = Literal["LDS-01", "LDS-02"]
 
 LDS_02_SAMPLES = 2300.0
 """Readings a second of an LDS-02, however fast it turns [ROBOTIS e-manual]."""
 
 
-class MountedSensor(RobotPart):
+class RatedSensor(RobotPart):
+    """A sensor with its rate (Hz)."""
+
+    rate: Positive
+
+
+class MountedSensor(RatedSensor):
     """A sensor at a place (m), with its rate (Hz)."""
 
     x: Number
     y: Number
     z: Number
-    rate: Positive
+
+
+def _check_ranges(nearest: float, farthest: float) -> None:
+    if nearest >= farthest:
+        raise ValueError(f"min_range {nearest} m must be below max_range {farthest} m")
 
 
 class LidarModel(MountedSensor):
@@ -67,10 +81,7 @@ class LidarModel(MountedSensor):
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> LidarModel:
-        if self.min_range >= self.max_range:
-            raise ValueError(
-                f"min_range {self.min_range} m must be below max_range {self.max_range} m"
-            )
+        _check_ranges(self.min_range, self.max_range)
         return self
 
     @model_validator(mode="after")
@@ -95,6 +106,14 @@ class LidarModel(MountedSensor):
         first, last = self.sector
         return math.radians(first), math.radians(last - first) / (self.rays - 1)
 
+    def looks_at(self, x: float, y: float) -> bool:
+        """Return whether a place in the frame of the base, m, is in its sector."""
+        if self.sector is None:
+            return True
+        first, last = self.sector
+        bearing = math.degrees(math.atan2(y - self.y, x - self.x))
+        return (bearing - self.yaw - first) % 360.0 <= last - first
+
     def as_model(self, model: LidarName) -> LidarModel:
         """Return a lidar of that model at the same place and rate. Figures: ROBOTIS e-manual."""
         if model == "LDS-01":
@@ -115,6 +134,77 @@ class CameraModel(MountedSensor):
     width: Annotated[int, Field(ge=16, le=3840)]
     height: Annotated[int, Field(ge=16, le=2160)]
     hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
+
+
+class DepthCameraModel(MountedSensor):
+    """A depth camera that faces forward: place of its lens, image size, ranges (m), rate.
+
+    `width` and `height` in pixels, `hfov` the horizontal field of view. `noise_std` (m) is that of
+    a pixel at 1 m; as with stereo cameras, it grows with the square of the distance.
+    """
+
+    width: Annotated[int, Field(ge=16, le=640)]
+    height: Annotated[int, Field(ge=16, le=480)]
+    hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
+    min_range: NotNegative
+    max_range: Positive
+    noise_std: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _depths_in_order(self) -> DepthCameraModel:
+        _check_ranges(self.min_range, self.max_range)
+        return self
+
+
+class RangeSensorModel(MountedSensor):
+    """A sensor of one distance: place, ranges (m), rate, noise (1 sigma, m).
+
+    `kind`: a `sonar` and an `infrared` sensor look level, at the bearing `yaw` (deg), across
+    `field_of_view` (deg). A `cliff` sensor looks straight down: a floor beyond `max_range` is a
+    cliff.
+    """
+
+    kind: Literal["sonar", "infrared", "cliff"]
+    yaw: Bearing = 0.0
+    field_of_view: Annotated[float, Field(gt=0, le=120, allow_inf_nan=False)] = 1.0
+    min_range: NotNegative
+    max_range: Positive
+    noise_std: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _distances_in_order(self) -> RangeSensorModel:
+        _check_ranges(self.min_range, self.max_range)
+        return self
+
+    @property
+    def bearing(self) -> float:
+        """The bearing at which a cliff sensor is mounted, rad; 0 is ahead."""
+        return math.atan2(self.y, self.x)
+
+
+class BumperModel(RatedSensor):
+    """A contact sensor on a part of the hull, and how often it looks (Hz).
+
+    `sector` are the bearings of its ends from the middle of the body, deg, left positive.
+    """
+
+    sector: tuple[Bearing, Bearing]
+
+    @field_validator("sector")
+    @classmethod
+    def _in_order(cls, sector: tuple[float, float]) -> tuple[float, float]:
+        first, last = sector
+        if not 0 < last - first <= 360:
+            raise ValueError(
+                "sector must reach from a smaller to a larger bearing, at most a full turn,"
+                f" got {first:g} to {last:g} deg"
+            )
+        return sector
+
+    @property
+    def bearing(self) -> float:
+        """The bearing of its middle, rad; 0 is ahead."""
+        return math.radians(sum(self.sector) / 2)
 
 
 class ImuModel(MountedSensor):
@@ -185,8 +275,10 @@ class SensorsModel(RobotPart):
 class RobotModel(RobotPart):
     """A mobile base, in m, s, kg, rad and Hz unless another unit is named.
 
-    `robots/*.yaml` has the source of every number. `lidars` are further lidars by their names: a
-    lidar `rear` publishes the topic `scan_rear` in the frame `base_scan_rear`.
+    `robots/*.yaml` has the source of every number. `lidars`, `range_sensors` and `bumpers` are
+    sensors by their names: a lidar `rear` publishes the topic `scan_rear` in the frame
+    `base_scan_rear`, a range sensor `front` the topic `range_front`, a bumper `left` the topic
+    `bumper_left`.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -204,11 +296,40 @@ class RobotModel(RobotPart):
     body: Body
     odometry_rate: Positive = 20.0
     lidar: LidarModel
-    lidars: dict[LidarKey, LidarModel] = Field(default_factory=dict)
+    lidars: dict[SensorKey, LidarModel] = Field(default_factory=dict)
     camera: CameraModel | None = None
+    depth_camera: DepthCameraModel | None = None
+    range_sensors: dict[SensorKey, RangeSensorModel] = Field(default_factory=dict)
+    bumpers: dict[SensorKey, BumperModel] = Field(default_factory=dict)
     imu: ImuModel
     battery: BatteryModel = BatteryModel()
     sensors: SensorsModel = SensorsModel()
+
+    @field_validator("range_sensors")
+    @classmethod
+    def _see_the_floor(
+        cls, sensors: dict[str, RangeSensorModel], info: ValidationInfo
+    ) -> dict[str, RangeSensorModel]:
+        base = info.data.get("base_height", 0.0)
+        for name, sensor in sensors.items():
+            height = base + sensor.z
+            if sensor.kind == "cliff" and not sensor.min_range <= height < sensor.max_range:
+                raise ValueError(
+                    f"{name}: a cliff sensor {height:g} m above the floor must measure that"
+                    f" distance, but measures {sensor.min_range:g} to {sensor.max_range:g} m"
+                )
+        return sensors
+
+    @property
+    def rates(self) -> dict[tuple[str, ...], float]:
+        """The rates of odometry and of all sensors, Hz, by their keys in the file."""
+        rates: dict[tuple[str, ...], float] = {("odometry_rate",): self.odometry_rate}
+        for name, part in self:
+            if isinstance(part, RatedSensor):
+                rates[name, "rate"] = part.rate
+            elif isinstance(part, dict):
+                rates |= {(name, each, "rate"): sensor.rate for each, sensor in part.items()}
+        return rates
 
     def with_sensors(self, sensors: SensorsModel) -> RobotModel:
         """Return the same robot with its simulated sensors set so."""
@@ -237,31 +358,39 @@ class RobotModel(RobotPart):
 
     @cached_property
     def sees_behind(self) -> bool:
-        """Whether a lidar looks at the ground behind the base."""
-        for lidar in self.all_lidars.values():
-            first, last = lidar.sector or (0.0, 360.0)
-            if (180.0 - lidar.yaw - first) % 360.0 <= last - first:
-                return True
-        return False
+        """Whether the lidars look at all of the ground that the base covers when it backs up.
+
+        They must see each point of the rear edge, as wide as the hull, one stride behind it.
+        """
+        hull = self.hull
+        behind = hull.rear - _STRIDE_M
+        count = math.ceil(2 * hull.half_width / _EDGE_STEP_M) + 1
+        places = (hull.half_width * (2 * n / (count - 1) - 1) for n in range(count))
+        return all(
+            any(lidar.looks_at(behind, y) for lidar in self.all_lidars.values()) for y in places
+        )
 
     @cached_property
     def hull(self) -> Hull:
         """The rectangle around body and wheels seen from above."""
-        xs, ys = zip(*self.body.corners, strict=True)
-        front, rear, side = self.drive.reach
+        xs, ys = zip(*self.body.corners, *self.drive.corners, strict=True)
         return Hull(
-            round(max(*xs, front), _WHOLE_DIGITS),
-            round(min(*xs, rear), _WHOLE_DIGITS),
-            round(max(*map(abs, ys), side), _WHOLE_DIGITS),
+            round(max(xs), _WHOLE_DIGITS),
+            round(min(xs), _WHOLE_DIGITS),
+            round(max(map(abs, ys)), _WHOLE_DIGITS),
         )
+
+    @cached_property
+    def outline(self) -> tuple[Point2, ...]:
+        """The convex outline around a polygon and the wheels, m; empty for other bodies."""
+        if not isinstance(self.body, PolygonBody):
+            return ()
+        return convex((*self.body.corners, *self.drive.corners))
 
     @cached_property
     def turning_radius(self) -> float:
         """The circle that the hull sweeps when it turns about the base's origin, m."""
-        drive = self.drive
-        half = drive.wheel_width / 2
-        wheels = (math.hypot(abs(x) + drive.wheel_radius, abs(y) + half) for x, y in drive.places)
-        return max(self.body.reach, *wheels)
+        return max(self.body.reach, *(math.hypot(*corner) for corner in self.drive.corners))
 
 
 def load_robot(name_or_path: str | Path | Document, near: str | Path | None = None) -> RobotModel:

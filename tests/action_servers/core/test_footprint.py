@@ -1,10 +1,12 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from action_servers.core.footprint import footprint, free_angle, free_distance
 from action_servers.core.margins import HULL_M
+from bt_mission.core.robot.model import RobotModel, load_robot
 
 NOTHING = np.empty((0, 2))
 
@@ -86,3 +88,20 @@ def test_what_noise_puts_into_the_hull_stops_the_way_towards_it(body):
 def test_a_tight_arc_is_looked_at_all_round(body):
     """5 rad within 0.03 m: the rear swings past what stands beside it."""
     assert free_distance(np.array([[-0.14, 0.18]]), body, -180.0, 0.03) < 0.03
+
+
+def test_a_polygon_keeps_its_distance_by_its_edges():
+    """A wedge passes points that the rectangle around it would touch, and stops at its edges."""
+    waffle = load_robot("waffle").model_dump()
+    outline = [[0.3, 0.0], [-0.1, 0.3], [-0.1, -0.3]]
+    body = {"shape": "polygon", "outline": outline, "bottom": 0.0, "top": 0.1}
+    wedge = footprint(RobotModel.model_validate(waffle | {"body": body}))
+    box = replace(wedge, edges=())
+    beside = np.array([[0.6, 0.15]])
+    assert free_distance(beside, box, 0.0, 1.0) == pytest.approx(0.29)
+    # The edge is 0.15 m aside at x = 0.1 m; the margin of 1 cm is across the edge.
+    expected = 0.5 - 0.01 / 0.6
+    assert free_distance(beside, wedge, 0.0, 1.0) == pytest.approx(expected, abs=0.021)
+    behind = np.array([[-0.4, 0.0]])
+    assert free_distance(behind, wedge, 0.0, -1.0) == pytest.approx(0.29, abs=0.021)
+    assert free_distance(beside, wedge, 0.5, 1.0) > free_distance(beside, box, 0.5, 1.0)

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from action_servers.core.governor import Allowed, Governor
-from action_servers.core.maneuver import ZERO, Observation, Reason
+from action_servers.core.maneuver import ZERO, Hazard, Observation, Reason
 from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.core.robot.model import load_robot
 from tests.support.fake_robot import in_the_open
 
 FULL = Twist2D(0.26, 0.0)
@@ -169,3 +170,38 @@ def test_a_new_goal_begins_with_a_clean_slate(fake, waffle):
     wants.seen.clear()
     base.step(wants.step)
     assert wants.seen[0].held is None
+
+
+AHEAD = Hazard(0.3, "the bumper left is pressed")
+BEHIND = Hazard(math.pi, "the cliff sensor rear sees no floor")
+
+
+@pytest.mark.parametrize(
+    ("hazards", "wanted", "passes"),
+    [
+        ((AHEAD,), Twist2D(0.1, 0.0), False),
+        ((AHEAD,), Twist2D(0.1, 0.5), False),
+        ((AHEAD,), Twist2D(-0.1, 0.0), True),
+        ((AHEAD,), Twist2D(0.0, 0.5), True),
+        ((BEHIND,), Twist2D(0.1, 0.0), True),
+        ((BEHIND, AHEAD), Twist2D(-0.1, 0.0), False),
+    ],
+)
+def test_a_bumper_or_a_cliff_stops_what_drives_towards_it(robot, hazards, wanted, passes):
+    """The way back and turns on the spot stay free; the reason is the text of the sensor."""
+    governor = Governor(robot)
+    allowed = asked(governor, wanted, in_the_open(1.0, hazards=hazards))
+    assert allowed == (Allowed(wanted) if passes else Allowed(ZERO, Reason.OBSTACLE))
+    held = governor.look(in_the_open(1.05)).held
+    assert (held is None) is passes
+    assert held is None or held.words == hazards[0].words
+
+
+def test_a_slide_is_stopped_by_a_hazard_at_its_side():
+    """And only by one at that side."""
+    slider = load_robot("rosbot")
+    for bearing, passes in ((math.pi / 2, False), (-math.pi / 2, True)):
+        hazards = (Hazard(bearing, "the bumper is pressed"),)
+        wanted = Twist2D(0.0, 0.0, 0.2)
+        allowed = asked(Governor(slider), wanted, in_the_open(1.0, hazards=hazards))
+        assert (allowed.twist == wanted) is passes

@@ -211,3 +211,14 @@ def test_a_base_is_blind_behind_without_a_lidar_that_looks_there():
     assert car.sees_behind
     assert list(car.all_lidars) == ["scan", "scan_rear"]
     assert not RobotModel.model_validate(car.model_dump() | {"lidars": {}}).sees_behind
+
+
+@pytest.mark.parametrize(
+    ("sector", "yaw", "sees"),
+    [((-135, 135), 180, True), ((-20, 20), 180, False), ((-90, 10), 180, False), (None, 0, True)],
+)
+def test_a_lidar_must_see_the_whole_width_behind(sector, yaw, sees):
+    """A narrow beam straight back does not see what the corners of the hull meet."""
+    data = load_robot("f1tenth").model_dump()
+    rear = data["lidars"]["rear"] | {"sector": sector, "yaw": yaw}
+    assert RobotModel.model_validate(data | {"lidars": {"rear": rear}}).sees_behind is sees

@@ -11,15 +11,21 @@ from bt_mission.core.robot.model import load_robot
 from sim.ros.sensor_topics import empty_message
 from sim.sensors.camera import CameraInfoSensor, CameraSensor
 from sim.sensors.imu import Imu
-from sim.sensors.kinds import SENSORS, sensors_of
+from sim.sensors.kinds import sensors_of
 from sim.sensors.lidar import LidarSensor
+from tests.support.simulated import alone
+
+KINDS = {
+    kind.topic: kind for name in ("turtlebot4", "rosbot") for kind in sensors_of(load_robot(name))
+}
 
 
-@pytest.mark.parametrize("kind", SENSORS)
-def test_a_message_has_stamp_and_frame_and_can_be_sent(simulate, kind):
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_a_message_has_stamp_and_frame_and_can_be_sent(make_world, kind):
     """One stamp, changed once, dates all messages."""
     stamp = Time()
-    message = empty_message(simulate().sensor(kind), stamp)
+    robot = load_robot("rosbot" if kind.figures(load_robot("rosbot")) else "turtlebot4")
+    message = empty_message(alone(make_world(), robot).sensor(kind), stamp)
     stamp.sec = 7
     received = deserialize_message(serialize_message(message), type(message))
     if hasattr(received, "header"):

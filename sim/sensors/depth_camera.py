@@ -1,0 +1,128 @@
+"""The depth camera: the distance along its axis of what each pixel shows."""
+
+from __future__ import annotations
+
+import array
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import override
+
+from bt_mission.core.robot.model import RobotModel
+from sim.frames import BASE_LINK, FramePose
+from sim.physics.names import BASE, MARKS, SCREENS, SOLID
+from sim.sensors.camera import OPTICAL, pinhole
+from sim.sensors.noise import PictureNoise
+from sim.sensors.sensor import Mount, Sensor
+
+FRAME = "camera_depth_frame"
+OPTICAL_FRAME = "camera_depth_optical_frame"
+
+
+class DepthInfoSensor(Sensor):
+    """The calibration of a depth camera: a pinhole without distortion, square pixels."""
+
+    name = "depth_camera"
+    topic = "camera/depth/camera_info"
+    message = "sensor_msgs/msg/CameraInfo"
+    frame = OPTICAL_FRAME
+    is_camera = True
+
+    @classmethod
+    @override
+    def frames(cls, robot: RobotModel) -> list[FramePose]:
+        return []
+
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        return pinhole(self.spec)
+
+
+class DepthCameraSensor(Sensor):
+    """Depths in m as 32FC1 (REP 118), measured by one ray for each pixel, without a GPU.
+
+    Nearer than its least range reads -inf, farther than its largest inf.
+    """
+
+    name = "depth_camera"
+    topic = "camera/depth/image_rect_raw"
+    message = "sensor_msgs/msg/Image"
+    frame = OPTICAL_FRAME
+    is_camera = True
+
+    def __init__(self, mount: Mount) -> None:
+        super().__init__(mount)
+        spec, physics = self.spec, mount.physics
+        self._base = physics.model.body(mount.prefix + BASE).id
+        self._offset = np.array([spec.x, spec.y, spec.z])
+        pixel = 2 * math.tan(spec.hfov / 2) / spec.width
+        left = (spec.width / 2 - np.arange(spec.width) - 0.5) * pixel
+        up = (spec.height / 2 - np.arange(spec.height) - 0.5) * pixel
+        across, high = np.meshgrid(left, up)
+        rays = np.stack((np.ones_like(across), across, high), axis=-1).reshape(-1, 3)
+        lengths = np.linalg.norm(rays, axis=1)
+        self._along = 1 / lengths
+        self._rays: npt.NDArray[np.float64] = rays / lengths[:, None]
+        self._hit = np.empty(len(rays), dtype=np.int32)
+        self._distances = np.empty(len(rays))
+        self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
+        self._groups[[SOLID, MARKS, SCREENS]] = 1
+        self._noise = PictureNoise(mount.seed, f"{mount.prefix}depth_camera")
+
+    @classmethod
+    @override
+    def frames(cls, robot: RobotModel) -> list[FramePose]:
+        spec = cls.figures(robot)
+        return [
+            FramePose(BASE_LINK, FRAME, (spec.x, spec.y, spec.z)),
+            FramePose(FRAME, OPTICAL_FRAME, (0.0, 0.0, 0.0), OPTICAL),
+        ]
+
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        """Return the form of an image, and room for its pixels."""
+        spec = self.spec
+        return {
+            "width": spec.width,
+            "height": spec.height,
+            "encoding": "32FC1",
+            "step": 4 * spec.width,
+            "data": array.array("B", bytes(4 * spec.width * spec.height)),
+        }
+
+    @override
+    def fill(self, message: Any, index: int) -> bool:
+        """Measure into the message, in place."""
+        np.frombuffer(message.data, np.float32)[:] = self.measure(index)
+        return True
+
+    def measure(self, index: int) -> npt.NDArray[np.float64]:
+        """Return the depth of each pixel of image `index`, m, row by row."""
+        spec, physics = self.spec, self.mount.physics
+        data = physics.data
+        rotation = data.xmat[self._base].reshape(3, 3)
+        mujoco.mj_multiRay(
+            physics.model,
+            data,
+            data.xpos[self._base] + rotation @ self._offset,
+            (self._rays @ rotation.T).ravel(),
+            self._groups,
+            1,  # static geoms too
+            self._base,
+            self._hit,
+            self._distances,
+            None,
+            len(self._hit),
+            mujoco.mjMAXVAL,
+        )
+        depths: npt.NDArray[np.float64] = self._distances * self._along
+        if spec.noise_std:
+            depths += spec.noise_std * depths**2 * self._noise.normal(len(depths), index)
+        near = depths < spec.min_range
+        missed = (self._hit < 0) | (depths > spec.max_range)
+        depths[near], depths[missed] = -np.inf, np.inf
+        return depths
