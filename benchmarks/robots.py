@@ -1,6 +1,6 @@
 """What do other robots and further lidars cost, beside a Waffle with one lidar?
 
-A step is 50 ms of virtual time on the stage, with servers and executive. What is measured is the
+A step is 50 ms of virtual time on the stage, with servers and executive. Its figure is the
 processor time of the thread; robots take turns, so that all have the same noise.
 
 - robots: all drive the same mission; the rate is the Waffle's cost divided by the robot's.
@@ -70,8 +70,8 @@ def rows(costs: dict[str, list[float]]) -> Iterator[Sequence[object]]:
         figure(f"{name}: rate of the Waffle's", rates)
         yield name, spread(times, 0, "us"), spread(rates, 2)
     second = [
-        (two - one) * (FEWER - 1) / (FEWER * (one - sparse))
-        for two, one, sparse in zip(costs[SECOND], waffle, costs[SPARSE], strict=True)
+        (both - first) * (FEWER - 1) / (FEWER * (first - sparse))
+        for both, first, sparse in zip(costs[SECOND], waffle, costs[SPARSE], strict=True)
     ]
     figure("a second lidar: cost of the first one's", statistics.median(second))
     yield "a second lidar, of the first one's cost", "", spread(second, 2)

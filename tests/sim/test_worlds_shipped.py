@@ -26,6 +26,7 @@ SHIPPED = [
     "obstacle_avoidance",
     "turtlebot3_house",
     "turtlebot3_world",
+    "wide_arena",
 ]
 LOW = {"explore_arena", "fig_of_eight", "obstacle_avoidance"}
 """The course's arena with walls of 0.16 m, over which a Burger looks."""
@@ -33,7 +34,7 @@ LOW = {"explore_arena", "fig_of_eight", "obstacle_avoidance"}
 ZONES = {"A": (-1.85, -1.76), "B": (1.85, -1.02), "C": (-1.83, 1.13), "D": (1.87, 1.87)}
 
 
-def test_twelve_worlds_are_shipped():
+def test_these_worlds_are_shipped():
     """Each is called after its file."""
     assert names("worlds") == SHIPPED
     assert [load_world(name).name for name in SHIPPED] == SHIPPED
@@ -233,3 +234,12 @@ def test_waffle_reaches_all_sixteen_zones_of_the_explore_arena():
                 if is_reached(x, y)
             ]
             assert inside, f"the zone around ({(left + right) / 2:g}, {(low + high) / 2:g})"
+
+
+def test_the_wide_arena_has_the_zones_of_the_nav_arena_and_room_for_a_husky():
+    """So patrol runs in it unchanged; 0.6 m are free around each zone."""
+    world = load_world("wide_arena")
+    assert {zone.name: (zone.x, zone.y) for zone in world.zones} == ZONES
+    assert load_robot("husky").turning_radius < 0.6
+    for zone in world.zones:
+        assert min(thing.distance(zone.x, zone.y) for thing in world.obstacles) > 0.6
