@@ -54,12 +54,13 @@ class CallLog:
         """Whether no call but `stop` is accepted until the log is moved away."""
         return self._size > MOST_BYTES
 
-    def note(self, call: str, arguments: Any, outcome: str) -> None:
+    def note(self, client: str, call: str, arguments: Any, outcome: str) -> None:
         """Append a line. Raises LogError if it cannot be written."""
         self.count += 1
         line: dict[str, Any] = {
             "number": self.count,
             "unix_s": round(unix_s(), 3),
+            "client": client[:LONGEST],
             "call": call[:LONGEST],
             "arguments": _short(arguments),
             "outcome": outcome[:LONGEST],

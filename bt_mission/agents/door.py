@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import difflib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +23,6 @@ from bt_mission.agents.folder import (
 )
 from bt_mission.agents.jobs import (
     WAIT_S,
-    CommandEnd,
     JobError,
     Run,
     Trial,
@@ -38,6 +37,8 @@ from bt_mission.agents.site import Site
 from bt_mission.core.diagnostics import InputError
 
 MOST_FAULTS = 10
+MOST_PICTURE = 200_000
+"""Bytes; a larger one is not sent."""
 _RUNNING = "running"
 
 
@@ -122,13 +123,14 @@ class Door:
         """Prove a proposal; the result is evidence."""
         proposal = self.folder.proposal(name)
 
-        def keep(end: CommandEnd, _: Workbench) -> dict[str, Any]:
+        async def work(bench: Workbench) -> dict[str, Any]:
+            end = await self._run(bench.proof())
             if not isinstance(end.result, dict) or "findings" not in end.result:
                 raise no_result(end)
             self._keep(proposal, proof=end.result)
             return {"proof": end.result}
 
-        return await self._start("prove", proposal, Workbench.proof, keep)
+        return await self._start("prove", proposal, work)
 
     async def simulate(
         self, name: str, seeds: int | None = None, faults: list[str] | None = None
@@ -144,18 +146,20 @@ class Door:
                 raise ProposalError(f"faults: expected at most {MOST_FAULTS} short texts")
             trial = Trial(count, tuple(faults or ()))
 
-        def keep(end: CommandEnd, bench: Workbench) -> dict[str, Any]:
-            runs = kept(end)
+        async def work(bench: Workbench) -> dict[str, Any]:
+            runs = kept(await self._run(bench.runs(trial)))
             if trial is not None:
                 self._trials[name] = {"seeds": trial.seeds, "faults": list(trial.faults)} | runs
                 return {"trial": self._trials[name]}
+            for recording in bench.recordings():  # in another process: `stop` does not wait
+                await self._run(bench.picture(recording))
             if self._keep(proposal, runs=runs) and bench.results.is_dir():
                 target = self.folder.path("proposals", name, "results")
                 self.folder.remove("proposals", name, "results")
                 shutil.move(bench.results, target)
             return {"runs": runs}
 
-        return await self._start("simulate", proposal, lambda bench: bench.runs(trial), keep)
+        return await self._start("simulate", proposal, work)
 
     def results(self, name: str) -> dict[str, Any]:
         """Return the evidence of a proposal, and what is missing for an approval."""
@@ -177,6 +181,12 @@ class Door:
             "missing": evidence.lacks(self.site),
             "report": _report(self.folder, name),
         }
+
+    def picture(self, name: str) -> bytes | None:
+        """Return the picture of the worst run of this version's evidence; None without one."""
+        evidence = evidence_of(self.folder, self.folder.proposal(name), self.site)
+        picture = None if evidence.runs is None else self.folder.picture(name)
+        return None if picture is None or len(picture) > MOST_PICTURE else picture
 
     # ---- the robot -----------------------------------------------------------------------
 
@@ -210,18 +220,16 @@ class Door:
         self,
         what: str,
         proposal: Proposal,
-        words: Callable[[Workbench], list[str]],
-        keep: Callable[[CommandEnd, Workbench], dict[str, Any]],
+        work: Callable[[Workbench], Awaitable[dict[str, Any]]],
     ) -> dict[str, Any]:
         if self._job is not None and not self._job.task.done():
             raise JobError(f"{self._job.what} of '{self._job.proposal}' runs; ask for its results")
 
-        async def work() -> dict[str, Any]:
+        async def run() -> dict[str, Any]:
             with TemporaryDirectory(dir=self.folder.path("proposals"), prefix=".work-") as name:
-                bench = Workbench(Path(name), proposal, self.site)
-                return keep(await self._run(words(bench)), bench)
+                return await work(Workbench(Path(name), proposal, self.site))
 
-        self._job = job = _Job(what, proposal.name, asyncio.create_task(work()))
+        self._job = job = _Job(what, proposal.name, asyncio.create_task(run()))
         done, _ = await asyncio.wait([job.task], timeout=self._wait_s)
         if not done:
             return {"state": _RUNNING, "next": "call results until job is 'none'"}

@@ -137,6 +137,19 @@ class AgentFolder:
         data = self._bytes("approved", f"{checked_name(name)}.yaml")
         return "" if data is None else data.decode("utf-8", "replace")
 
+    def recording(self, name: str) -> Path | None:
+        """Return the recording of the worst simulated run; None without one."""
+        folder = self.path("proposals", checked_name(name), "results", "recordings")
+        names = sorted(path.name for path in folder.glob("*.mcap"))
+        return self.path(*folder.relative_to(self.root).parts, names[0]) if names else None
+
+    def picture(self, name: str) -> bytes | None:
+        """Return the picture of that run; None without one."""
+        recording = self.recording(name)
+        if recording is None:
+            return None
+        return self._bytes(*recording.with_suffix(".png").relative_to(self.root).parts)
+
     def remove(self, *parts: str) -> None:
         """Remove a file or a folder, if it is there."""
         path = self.path(*parts)

@@ -106,6 +106,15 @@ class Workbench:
             *(f"--robot={self._site.path('robots', written.robot)}", *self._inputs),
         ]
 
+    def recordings(self) -> list[Path]:
+        """Return the recordings that the runs have left."""
+        return sorted(self.results.glob("recordings/*.mcap"))
+
+    @staticmethod
+    def picture(recording: Path) -> list[str]:
+        """Return the words that draw a recorded run, in a file beside it."""
+        return ["report", str(recording), f"--output={recording.with_suffix('.png')}"]
+
     def _json(self, name: str, data: Any) -> Path:
         path = self._folder / name
         write_file(path, json.dumps(data))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
@@ -13,7 +14,7 @@ from mcp.server.mcpserver import MCPServer
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp.server.mcpserver.resources import FunctionResource
 from mcp.shared.exceptions import MCPError
-from mcp_types import ToolAnnotations
+from mcp_types import CallToolResult, ContentBlock, ImageContent, TextContent, ToolAnnotations
 
 from bt_mission.agents.call_log import LogError
 from bt_mission.agents.door import Door
@@ -57,23 +58,24 @@ class CallGuard:
     async def __call__(self, context: ServerRequestContext[Any, Any], call_next: CallNext) -> Any:
         """Pass a message on, or refuse it."""
         call, arguments = _named(context)
+        client = _client(context)
         if call == "stop":
             try:
                 return await call_next(context)
             finally:
                 with suppress(LogError):
-                    self._log.note(call, {}, "passed on")
+                    self._log.note(client, call, {}, "passed on")
         if context.request_id is None or context.method in FIXED:
             return await call_next(context)
         if why := self._refusal(arguments):
-            self._note(call, {}, why)
+            self._note(client, call, {}, why)
             raise MCPError(code=REFUSED, message=f"{why} [{TOO_MUCH}]")
         try:
             result = await call_next(context)
         except Exception as error:
-            self._note(call, arguments, f"error: {error}")
+            self._note(client, call, arguments, f"error: {error}")
             raise
-        self._note(call, arguments, _outcome(result))
+        self._note(client, call, arguments, _outcome(result))
         return result
 
     def _refusal(self, arguments: Any) -> str:
@@ -89,9 +91,9 @@ class CallGuard:
         is_large = size > LONGEST_CALL
         return f"a call of {size:,} characters, at most {LONGEST_CALL:,}" if is_large else ""
 
-    def _note(self, call: str, arguments: Any, outcome: str) -> None:
+    def _note(self, client: str, call: str, arguments: Any, outcome: str) -> None:
         try:
-            self._log.note(call, arguments, outcome)
+            self._log.note(client, call, arguments, outcome)
         except LogError as error:
             raise MCPError(code=REFUSED, message=error.headline) from None
 
@@ -152,9 +154,17 @@ class DoorTools:
         return await self._door.simulate(name, seeds, faults)
 
     @_refused
-    async def results(self, name: str) -> dict[str, Any]:
-        """Read the evidence of a proposal, its margins, and what is missing for an approval."""
-        return self._door.results(name)
+    async def results(self, name: str, *, picture: bool = True) -> CallToolResult:
+        """Read the evidence of a proposal, its margins, and what is missing for an approval.
+
+        With a picture of the worst simulated run: its path over the map, and its verdicts.
+        """
+        results = self._door.results(name)
+        content: list[ContentBlock] = [TextContent(type="text", text=json.dumps(results))]
+        if picture and (image := self._door.picture(name)) is not None:
+            data = base64.b64encode(image).decode()
+            content.append(ImageContent(type="image", data=data, mime_type="image/png"))
+        return CallToolResult(content=content, structured_content=results)
 
     @_refused
     async def drive(self, name: str) -> dict[str, Any]:
@@ -209,6 +219,12 @@ def _named(context: ServerRequestContext[Any, Any]) -> tuple[str, Any]:
     if context.method != "tools/call":
         return context.method, {key: params[key] for key in params if key != "_meta"}
     return str(params.get("name")), params.get("arguments") or {}
+
+
+def _client(context: ServerRequestContext[Any, Any]) -> str:
+    """Return the name that a client gives itself; nothing proves it."""
+    params = context.session.client_params
+    return "" if params is None else f"{params.client_info.name} {params.client_info.version}"
 
 
 def _outcome(result: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from contextlib import closing, suppress
 from typing import Any
 
 from mcp.server.mcpserver import MCPServer
@@ -48,8 +48,9 @@ async def serve_http(
     gate = Gate(app, token, LOOPBACK, connections.admitted)
     guarded = GuardedServer(gate, connections, _FRAMES, most_bytes=1)
     say(f"for agents: http://{LOOPBACK}:{listener.getsockname()[1]}/{token}{PATH}")
-    async with server.session_manager.run():
-        await _beside(guarded.serve([listener]), beside)
+    with closing(listener):
+        async with server.session_manager.run():
+            await _beside(guarded.serve([listener]), beside)
 
 
 async def _beside(main: Coroutine[Any, Any, None], other: Coroutine[Any, Any, None]) -> None:

@@ -1,4 +1,4 @@
-"""``bt-mission report``: a recorded run as one page."""
+"""``bt-mission report``: a recorded run as one page, or as a picture of its path."""
 
 from __future__ import annotations
 
@@ -12,13 +12,20 @@ from bt_mission.cli.parser import Command, Option
 
 
 def report(options: argparse.Namespace) -> int:
-    """Make the page; gives the exit code."""
-    from bt_mission.views.web.report.page import write_report
-
+    """Make the page, or the picture; gives the exit code."""
     output = options.output or options.file.with_suffix(".html")
     if not options.force:
         refuse_existing([output])
-    write_report(options.file, output, options.robot)
+    if output.suffix == ".png":
+        from bt_mission.core.output import write_file
+        from bt_mission.recording.replay.timeline import read_timeline
+        from bt_mission.views.drawing.path import path_png
+
+        write_file(output, path_png(read_timeline(options.file, options.robot)))
+    else:
+        from bt_mission.views.web.report.page import write_report
+
+        write_report(options.file, output, options.robot)
     print(output)
     return SUCCESS
 
@@ -29,12 +36,14 @@ COMMANDS = {
         "Generates an HTML report of a recording. It plays the run in the browser and shows the "
         "tree, log, map, variables and goals at any instant, the outcome and its reason, the "
         "margins of requirements over time, a timeline of all nodes, charts, pictures and the "
-        "mission file. The report needs no network and no other file.",
+        "mission file. The report needs no network and no other file. With -o FILE.png the command "
+        "draws the path over the map instead, with the verdicts of the requirements.",
         (
             RECORDING,
             Option(
-                "-o --output FILE.html",
-                "file to write (default: the name of the recording with .html)",
+                "-o --output FILE",
+                "file to write: .png for a picture, else HTML (default: the name of the recording "
+                "with .html)",
                 output_file,
             ),
             recorded_robot("all, with a choice on the page"),

@@ -10,7 +10,6 @@ import base64
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,22 +24,7 @@ from bt_mission.agents.permits import grant, new_key, read_key
 from bt_mission.agents.robot import marked
 from bt_mission.agents.server import LONGEST_CALL
 from bt_mission.core.errors import BtMissionError
-from tests.support.agents import PROOF, RUNS, TURN, Played
-
-
-@dataclass(frozen=True)
-class Attack:
-    """An attempt; it returns what it was answered.
-
-    Attributes:
-        stopped_by: A part of the answer: the code of what stops it, mostly.
-        drives: The drives that a person has permitted in it.
-    """
-
-    name: str
-    stopped_by: str
-    act: Callable[[Played], Any]
-    drives: int = 0
+from tests.support.agents import PROOF, RUNS, TURN, Attack, Played
 
 
 def _proposes(text: str) -> Callable[[Played], Any]:

@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from mcp.client import Client
 from mcp.shared.exceptions import MCPError
 
+from bt_mission.agents.approval_page import ApprovalServer
 from bt_mission.agents.door import Door
 from bt_mission.agents.evidence import evidence_of
 from bt_mission.agents.folder import AgentFolder
@@ -22,6 +23,7 @@ from bt_mission.agents.permitted import PERMIT, PermittedMissions
 from bt_mission.agents.server import agent_server
 from bt_mission.agents.site import Site, load_site
 from bt_mission.core.errors import BtMissionError
+from tests.support.web_pages import play_with
 
 SITE = """\
 site: lab
@@ -48,6 +50,22 @@ RUNS = {
 }
 PROOF = {"findings": [], "why_not": [], "exhaustive": True, "proved": ["ends"]}
 T = TypeVar("T")
+PASSPHRASE = "open sesame"  # noqa: S105 - of a key that tests make
+
+
+@dataclass(frozen=True)
+class Attack:
+    """An attempt; it returns what it was answered.
+
+    Attributes:
+        stopped_by: A part of the answer: the code of what stops it, mostly.
+        drives: The drives that a person has permitted in it.
+    """
+
+    name: str
+    stopped_by: str
+    act: Callable[[Played], Any]
+    drives: int = 0
 
 
 @dataclass
@@ -85,10 +103,11 @@ class Played:
     Args:
         root: The folder of the site's file.
         key: That of the person.
+        page_key: The file of another key of the person, with `PASSPHRASE`.
     """
 
-    def __init__(self, root: Path, key: Ed25519PrivateKey) -> None:
-        self.root, self.key = root, key
+    def __init__(self, root: Path, key: Ed25519PrivateKey, page_key: Path) -> None:
+        self.root, self.key, self.page_key = root, key, page_key
         self.folder = AgentFolder(root / "agents")
         self.answers: dict[str, Any] = {"prove": PROOF, "sweep": RUNS}
         self.commands: list[Sequence[str]] = []
@@ -129,29 +148,39 @@ class Played:
 
         return asyncio.run(session())
 
-    def call(self, tool: str, **arguments: Any) -> Any:
+    async def ask(self, tool: str, **arguments: Any) -> Any:
         """Call one tool; return its answer, or the text of the refusal."""
-
-        async def act(client: Client) -> Any:
+        self.seconds += 1.0
+        async with Client(self.server) as client:
             try:
                 result = await client.call_tool(tool, arguments)
             except MCPError as error:
                 return str(error)
-            return result.content[0].text if result.is_error else result.structured_content
+        return result.content[0].text if result.is_error else result.structured_content
 
-        self.seconds += 1.0
-        return self.talk(act)
+    def call(self, tool: str, **arguments: Any) -> Any:
+        """Do the same outside of an event loop."""
+        return asyncio.run(self.ask(tool, **arguments))
+
+    async def collect(self, name: str = "look", text: str = TURN, **more: Any) -> None:
+        """Propose a mission and collect its evidence."""
+        await self.ask("propose", name=name, text=text, **more)
+        await self.ask("prove", name=name)
+        await self.ask("simulate", name=name)
 
     def prepare(self, name: str = "look", text: str = TURN, **more: Any) -> None:
-        """Propose a mission and collect its evidence."""
+        """Do the same outside of an event loop."""
+        asyncio.run(self.collect(name, text, **more))
 
-        async def act(client: Client) -> None:
-            await client.call_tool("propose", {"name": name, "text": text, **more})
-            await client.call_tool("prove", {"name": name})
-            await client.call_tool("simulate", {"name": name})
+    def on_page(self, act: Callable[[ApprovalServer], Awaitable[T]]) -> T:
+        """Serve the page of approvals while a scene is played."""
+        results: list[T] = []
 
-        self.talk(act)
-        self.seconds += 1.0
+        async def scene(server: ApprovalServer) -> None:
+            results.append(await act(server))
+
+        play_with(ApprovalServer(self.root / "site.yaml", self.folder, self.page_key), scene)
+        return results[0]
 
     def approve(self, name: str = "look") -> Permit:
         """Sign what is there now, as a person who has looked at it."""

@@ -94,13 +94,22 @@ class PageModel:
         self.parts |= changes
 
 
-async def fetch(server: PageServer, path: str, **headers: str) -> tuple[int, dict[str, str], str]:
-    """Ask for a path below the link, with headers of one's own; gives status, headers and body."""
+async def fetch(
+    server: PageServer, path: str, *, form: str | None = None, **headers: str
+) -> tuple[int, dict[str, str], str]:
+    """Ask for a path, with headers of one's own; gives status, headers and body.
+
+    Args:
+        form: Is sent by POST.
+    """
     address = urlsplit(server.link)
     lines = {"Host": address.netloc, "Connection": "close"} | headers
+    if form is not None:
+        lines["Content-Length"] = str(len(form))
     reader, writer = await asyncio.open_connection("127.0.0.1", address.port)
     asked = "".join(f"{name}: {value}\r\n" for name, value in lines.items())
-    writer.write(f"GET {path} HTTP/1.1\r\n{asked}\r\n".encode())
+    method = "GET" if form is None else "POST"
+    writer.write(f"{method} {path} HTTP/1.1\r\n{asked}\r\n{form or ''}".encode())
     head, _, body = (await reader.read()).decode().partition("\r\n\r\n")
     writer.close()
     first, *rest = head.split("\r\n")

@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
+from bt_mission.cli import main
+from bt_mission.views.drawing.path import LONGEST_PX, PATH, ROBOT, START, VIOLATED, WALL
 from tests.support.recordings import edited, recording
 from tests.support.report_pages import data_of
 
@@ -165,3 +168,13 @@ def test_a_recording_of_the_executive_alone_has_a_page(page_of: PageOf, tmp_path
     assert data["poses"]["t"] == data["details"]["truth"]["t"] == []
     assert data["details"]["charts"] == []
     assert any(data["details"]["spans"]["rows"])
+
+
+def test_a_picture_shows_the_path_over_the_map(hurried: Path, tmp_path: Path) -> None:
+    """With the verdicts of requirements below; a violated one is red."""
+    picture = tmp_path / "hurried.png"
+    assert main(["report", str(hurried), "-o", str(picture)]) == 0
+    image = Image.open(picture).convert("RGB")
+    assert image.width == LONGEST_PX
+    colours = {colour for _, colour in image.getcolors(1 << 24) or ()}
+    assert {PATH, START, ROBOT, WALL, VIOLATED} <= colours
