@@ -16,7 +16,9 @@ from bt_mission.core.actions import declared
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.interface_units import PARTS, SI, interface_of, unit_of_field
 from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.editing.source import LIST_KEYS
+from bt_mission.editing.outline import outline
+from bt_mission.editing.source import LIST_KEYS, indented
+from bt_mission.editing.spans import read_spans
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.message_types import MessageShape, Scalar, UnknownType
 from bt_mission.language.nodes.base import Family, NodeModel
@@ -130,10 +132,16 @@ def mission_fields() -> tuple[FieldFacts, ...]:
 def as_json() -> dict[str, Any]:
     """Return all of it for a page."""
     return {
-        "kinds": [asdict(facts) for facts in kinds().values()],
+        "kinds": [asdict(facts) | {"boxes": _boxes(facts)} for facts in kinds().values()],
         "wrappers": list(WRAPPERS),
         "mission": [asdict(facts) for facts in mission_fields()],
     }
+
+
+def _boxes(facts: KindFacts) -> list[dict[str, Any]]:
+    """Return the boxes of a new node of a kind."""
+    text = f"tree:\n  {indented(facts.template, 2)}"
+    return [box.as_row() for box in outline(read_spans(text), text)[1:]]
 
 
 def template_of(kind: str) -> str:

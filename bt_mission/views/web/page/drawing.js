@@ -32,6 +32,9 @@ export class Drawing {
     this.stops = new Set();
     this.box = byId("drawing");
     this.picture = byId("picture");
+    this.edges = shape("path", {}, "edge");
+    this.nodes = shape("g", {});
+    this.picture.replaceChildren(this.edges, this.nodes);
     this.box.addEventListener("keydown", (event) => this.key(event));
     this.box.addEventListener("pointerdown", (event) => this.press(event));
     this.box.addEventListener("dblclick", (event) => { const box = this.at(event.target); if (box) this.onAct?.("fields"); });
@@ -40,7 +43,7 @@ export class Drawing {
       event.preventDefault();
       this.scale(event.deltaY < 0 ? 1.15 : 1 / 1.15);
     }, { passive: false });
-    this.box.addEventListener("scroll", () => { if (this.shown.length > MOST_PAINTED) this.draw(); });
+    this.box.addEventListener("scroll", () => { if (this.shown.length > MOST_PAINTED) this.paintSoon(); });
     byId("turn").addEventListener("click", () => this.turn());
     byId("fold-all").addEventListener("click", () => this.foldAll());
     byId("larger").addEventListener("click", () => this.scale(1.25));
@@ -56,7 +59,8 @@ export class Drawing {
     this.box.classList.toggle("is-old", boxes === null);
     if (boxes === null) return;
     this.boxes = boxes;
-    this.byKey = new Map(boxes.map((box, index) => [keyOf(box.path), Object.assign(box, { index })]));
+    boxes.forEach((box, index) => Object.assign(box, { index, key: keyOf(box.path) }));
+    this.byKey = new Map(boxes.map((box) => [box.key, box]));
     this.children = boxes.map(() => []);
     for (const box of boxes) if (box.parent >= 0) this.children[box.parent].push(box);
     for (let path = JSON.parse(this.selected); !this.byKey.has(keyOf(path)) && path.length;) {
@@ -71,19 +75,36 @@ export class Drawing {
   draw() {
     this.layOut();
     this.size();
-    this.isStale ||= requestAnimationFrame(() => this.paint()) > 0;
+    this.paintSoon();
   }
 
+  paintSoon() { this.isStale ||= requestAnimationFrame(() => this.paint()) > 0; }
+
+  // Boxes that look as they did before keep their elements.
   paint() {
     this.isStale = false;
-    const whole = shape("g", {});
     const seen = this.inView();
+    const lines = [];
     for (const box of this.shown) {
-      for (const child of this.below(box)) if (seen(box, child)) whole.append(this.edge(box, child));
+      for (const child of this.below(box)) if (seen(box, child)) lines.push(this.edge(box, child));
     }
-    for (const box of this.shown) if (seen(box, box)) whole.append(this.node(box));
-    this.picture.replaceChildren(whole);
-    this.whole = whole;
+    this.edges.setAttribute("d", lines.join(""));
+    const free = new Map();
+    for (const group of this.nodes.children) {
+      if (free.has(group.look)) free.get(group.look).push(group); else free.set(group.look, [group]);
+    }
+    const groups = this.shown.filter((box) => seen(box, box)).map((box) => {
+      const look = this.look(box);
+      const group = free.get(look)?.shift() ?? this.node(box, look);
+      const facts = { transform: `translate(${box.x} ${box.y})`, id: `box-${box.index}`, "aria-level": box.depth + 1, "aria-selected": box.key === this.selected };
+      for (const [name, value] of Object.entries(facts)) if (group.getAttribute(name) !== String(value)) group.setAttribute(name, value);
+      return group;
+    });
+    for (const unused of free.values()) for (const group of unused) group.remove();
+    let next = this.nodes.firstChild;
+    for (const group of groups) {
+      if (group === next) next = next.nextSibling; else this.nodes.insertBefore(group, next);
+    }
     this.box.setAttribute("aria-activedescendant", this.current ? `box-${this.current.index}` : "");
   }
 
@@ -97,7 +118,7 @@ export class Drawing {
       && Math.max(one.y, other.y) + HEIGHT >= top && Math.min(one.y, other.y) <= bottom;
   }
 
-  below(box) { return this.folded.has(keyOf(box.path)) ? [] : this.children[box.index]; }
+  below(box) { return this.folded.has(box.key) ? [] : this.children[box.index]; }
 
   // A tidy tree: leaves in order, parents in the middle of their children.
   layOut() {
@@ -126,20 +147,29 @@ export class Drawing {
     const [x1, y1] = this.isDown ? [box.x + WIDTH / 2, box.y + HEIGHT] : [box.x + WIDTH, box.y + HEIGHT / 2];
     const [x2, y2] = this.isDown ? [child.x + WIDTH / 2, child.y] : [child.x, child.y + HEIGHT / 2];
     const bend = this.isDown ? `${x1} ${(y1 + y2) / 2} ${x2} ${(y1 + y2) / 2}` : `${(x1 + x2) / 2} ${y1} ${(x1 + x2) / 2} ${y2}`;
-    return shape("path", { d: `M${x1} ${y1}C${bend} ${x2} ${y2}` }, "edge");
+    return `M${x1} ${y1}C${bend} ${x2} ${y2}`;
   }
 
-  node(box) {
-    const key = keyOf(box.path);
-    const group = shape("g", { transform: `translate(${box.x} ${box.y})`, id: `box-${box.index}`, role: "treeitem" });
+  // All that an element of a box shows, but not its place.
+  look(box) {
+    const { key } = box;
+    return [
+      box.is_empty ? "empty: add a node" : box.name || box.kind, box.kind, box.detail, box.name, box.family, box.glyph, this.isDown, box.parent >= 0,
+      this.children[box.index].length > 0 && (this.folded.has(key) ? "folded" : "open"), this.statuses.get(key) ?? "", this.severities.get(key) ?? "",
+      this.findings.get(key) ?? "", this.stops.has(key), key === this.marked,
+    ].join("\u0001");
+  }
+
+  node(box, look) {
+    const { key } = box;
+    const group = shape("g", { role: "treeitem" });
+    group.look = look;
     const title = box.is_empty ? "empty: add a node" : box.name || box.kind;
     const detail = box.is_empty ? "" : box.name ? `${box.kind} ${box.detail}` : box.detail;
     const children = this.children[box.index];
     const status = this.statuses.get(key);
     const finding = this.findings.get(key);
     const severity = this.severities.get(key);
-    group.setAttribute("aria-level", box.depth + 1);
-    group.setAttribute("aria-selected", key === this.selected);
     if (children.length) group.setAttribute("aria-expanded", !this.folded.has(key));
     group.setAttribute("aria-label", [title, box.kind, box.detail, severity ?? "", status ?? "", this.stops.has(key) ? "breakpoint" : "", finding ? `findings: ${finding}` : ""].filter(Boolean).join(", "));
     group.setAttribute("class", ["node", box.family, box.is_empty && "is-empty", severity && `has-${severity}`,
@@ -206,14 +236,13 @@ export class Drawing {
   }
 
   fold(box, isFolded) {
-    const key = keyOf(box.path);
-    if (isFolded) this.folded.add(key); else this.folded.delete(key);
+    if (isFolded) this.folded.add(box.key); else this.folded.delete(box.key);
     this.draw();
   }
 
   foldAll() {
     if (this.folded.size) this.folded.clear();
-    else for (const box of this.boxes) if (box.path.length > 1 && this.children[box.index].length) this.folded.add(keyOf(box.path));
+    else for (const box of this.boxes) if (box.path.length > 1 && this.children[box.index].length) this.folded.add(box.key);
     this.draw();
   }
 
@@ -232,9 +261,9 @@ export class Drawing {
   choose(box, isByUser = true) {
     if (!box) return;
     let isHidden = false;
-    for (let above = this.boxes[box.parent]; above; above = this.boxes[above.parent]) isHidden = this.folded.delete(keyOf(above.path)) || isHidden;
+    for (let above = this.boxes[box.parent]; above; above = this.boxes[above.parent]) isHidden = this.folded.delete(above.key) || isHidden;
     const before = this.current;
-    this.selected = keyOf(box.path);
+    this.selected = box.key;
     if (isHidden || this.isStale) this.draw();
     else for (const one of [before, box]) if (one) byId(`box-${one.index}`)?.setAttribute("aria-selected", one === box);
     this.box.setAttribute("aria-activedescendant", `box-${box.index}`);
@@ -261,7 +290,7 @@ export class Drawing {
   press(event) {
     const box = this.at(event.target);
     if (!box || event.button) return;
-    if (event.target.classList.contains("fold")) { this.fold(box, !this.folded.has(keyOf(box.path))); return; }
+    if (event.target.classList.contains("fold")) { this.fold(box, !this.folded.has(box.key)); return; }
     this.choose(box);
     this.box.focus();
     event.preventDefault();
@@ -311,7 +340,7 @@ export class Drawing {
   endOf(box) { return [...box.path, box.kind, this.children[box.index].length]; }
 
   hint(target) {
-    this.whole?.querySelector("#drop-line")?.remove();
+    byId("drop-line")?.remove();
     for (const one of this.picture.querySelectorAll(".is-target")) one.classList.remove("is-target");
     if (!target) return;
     if (target.side === "in") { byId(`box-${target.box.index}`)?.classList.add("is-target"); return; }
@@ -319,7 +348,7 @@ export class Drawing {
     const far = target.side === "behind";
     const line = this.isDown ? { x1: x + (far ? WIDTH + 7 : -7), x2: x + (far ? WIDTH + 7 : -7), y1: y, y2: y + HEIGHT }
       : { x1: x, x2: x + WIDTH, y1: y + (far ? HEIGHT + 6 : -6), y2: y + (far ? HEIGHT + 6 : -6) };
-    this.whole.append(shape("line", { id: "drop-line", ...line }));
+    this.picture.append(shape("line", { id: "drop-line", ...line }));
   }
 
   // ---- keys ------------------------------------------------------------------------------
@@ -333,7 +362,7 @@ export class Drawing {
     const beside = (step) => siblings[at + step] ?? order[order.indexOf(box) + step];
     const go = (to) => to && this.choose(to);
     const [next, previous, inward, outward] = this.isDown ? ["ArrowRight", "ArrowLeft", "ArrowDown", "ArrowUp"] : ["ArrowDown", "ArrowUp", "ArrowRight", "ArrowLeft"];
-    const inner = () => (this.folded.has(keyOf(box.path)) ? this.fold(box, false) : go(this.children[box.index][0]));
+    const inner = () => (this.folded.has(box.key) ? this.fold(box, false) : go(this.children[box.index][0]));
     if (this.onAct && event.altKey && (event.key === "ArrowUp" || event.key === "ArrowDown")) {
       event.preventDefault();
       this.onAct(event.key === "ArrowUp" ? "earlier" : "later");
@@ -349,7 +378,7 @@ export class Drawing {
     const moves = {
       [next]: () => go(beside(1)), [previous]: () => go(beside(-1)), [inward]: inner,
       [outward]: () => go(this.boxes[box.parent]), Home: () => go(order[0]), End: () => go(order[order.length - 1]),
-      " ": () => this.fold(box, !this.folded.has(keyOf(box.path))), t: () => this.turn(), 0: () => this.fit(),
+      " ": () => this.fold(box, !this.folded.has(box.key)), t: () => this.turn(), 0: () => this.fit(),
     };
     const acts = this.onAct === null ? moves : {
       ...moves, Enter: () => this.onAct("fields"), F2: () => this.onAct("name"),

@@ -3,6 +3,7 @@
 import { Drawing, keyOf } from "./drawing.js";
 import { ask, connected } from "./edit_api.js";
 import { fileWindow, mergeWindow } from "./edit_files.js";
+import { foreseen } from "./edit_foresight.js";
 import { Form, Palette } from "./edit_form.js";
 import { FaultList, Plan, WorldEditor } from "./edit_map.js";
 import { RunPane, findingList, prove, runPaths } from "./edit_run.js";
@@ -11,11 +12,13 @@ import { byId, element } from "./words.js";
 
 const CHECK_MS = 250;
 const STATE_MS = 1000;
+const KEPT_OUTLINES = 30;
 const page = crypto.randomUUID();
-const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0 };
+const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0, round: 0, boxes: [] };
 let vocabulary, text, drawing, form, palette, runs, plan, faults, world;
 let checkTimer = 0;
 let acts = Promise.resolve();
+const outlines = new Map(); // the boxes of the last texts, for undo
 
 // ---- notices -----------------------------------------------------------------------------------
 
@@ -73,10 +76,15 @@ function showState() {
 }
 
 function changed(isAct) {
-  clearTimeout(checkTimer);
-  checkTimer = setTimeout(check, isAct ? 0 : CHECK_MS);
+  checkSoon();
   if (drawing.findings.size) drawing.tell({ findings: new Map() });
+  if (!isAct && outlines.has(text.text)) showBoxes(outlines.get(text.text));
   showState();
+}
+
+function checkSoon(delay = CHECK_MS) {
+  clearTimeout(checkTimer);
+  checkTimer = setTimeout(check, delay);
 }
 
 async function check() {
@@ -99,8 +107,11 @@ async function check() {
   showState();
 }
 
-function showBoxes(boxes) {
+// Acts that wait show a later drawing already.
+function showBoxes(boxes, waiting = at.waiting) {
   if (isWorld()) { showPlan().catch((error) => refuse(error.message)); return; }
+  if (boxes !== null) remember(boxes);
+  if (waiting) return;
   drawing.show(boxes);
   if (boxes === null) return;
   const severities = new Map();
@@ -111,6 +122,13 @@ function showBoxes(boxes) {
   }
   drawing.tell({ severities });
   form.show(drawing.current);
+}
+
+function remember(boxes) {
+  at.boxes = boxes;
+  outlines.delete(text.text);
+  outlines.set(text.text, boxes);
+  if (outlines.size > KEPT_OUTLINES) outlines.delete(outlines.keys().next().value);
 }
 
 function showProblems() {
@@ -136,10 +154,14 @@ async function explain(code) {
 
 // ---- acts ----------------------------------------------------------------------------------------
 
-// One act after another: each is about the text that the one before it has left.
+// One act after another: each is about the text that the one before it has left. The drawing shows
+// it at once. Acts behind one that was refused are about a tree that does not exist.
 function act(facts) {
+  if (!at.leads) { refuse("Another page edits this file; take over to change it."); return acts; }
   busy(1);
-  acts = acts.then(() => perform(facts)).catch((error) => connected(error.message, true)).finally(() => busy(-1));
+  foresee(facts);
+  const { round } = at;
+  acts = acts.then(() => (round === at.round ? perform(facts) : null)).catch((error) => { connected(error.message, true); turnBack(); }).finally(() => busy(-1));
   return acts;
 }
 
@@ -148,21 +170,35 @@ function busy(change) {
   byId("drawing").setAttribute("aria-busy", at.waiting > 0);
 }
 
+function foresee(facts) {
+  if (isWorld() || byId("drawing").classList.contains("is-old")) return;
+  const after = foreseen(drawing.boxes, facts, vocabulary.kinds);
+  if (!after) return;
+  drawing.selected = keyOf(after.selected);
+  drawing.show(after.boxes);
+  drawing.reveal();
+}
+
+function turnBack(words = "") {
+  at.round++;
+  if (words) refuse(words);
+  if (!isWorld()) drawing.show(at.boxes);
+}
+
 async function perform(facts) {
-  if (!at.leads) { refuse("Another page edits this file; take over to change it."); return; }
   const written = text.text;
   const answer = await ask("act", { ...facts, text: written });
-  if (answer.error) { refuse(answer.error); return; }
+  if (answer.error) { turnBack(answer.error); return; }
   banner("refusal", "");
-  if (written !== text.text) { refuse("The text has changed meanwhile; do it again."); return; }
-  if (!answer.edits.length) return;
+  if (written !== text.text) { turnBack("The text has changed meanwhile; do it again."); return; }
+  if (!answer.edits.length) { if (at.waiting === 1) drawing.show(at.boxes); return; }
   text.apply(answer.edits);
-  showBoxes(answer.boxes);
-  if (isWorld()) { clearTimeout(checkTimer); checkTimer = setTimeout(check, 0); await showPlan(); return; }
+  if (isWorld()) { checkSoon(0); await showPlan(); return; }
+  showBoxes(answer.boxes, at.waiting - 1);
+  checkSoon();
+  if (at.waiting > 1) return;
   if (facts.do !== "set") choosePlace(facts, answer.edits);
   else drawing.choose(drawing.byKey.get(keyOf(facts.path)), false);
-  clearTimeout(checkTimer);
-  checkTimer = setTimeout(check, 0);
 }
 
 // Selects the node that an act has put somewhere.
@@ -195,7 +231,7 @@ function targetOf(box) {
 function insert(kind) {
   const target = targetOf(drawing.current);
   const value = vocabulary.kinds.find((one) => one.kind === kind).template;
-  return act(target === null ? { do: "begin", value } : { do: "add", target, value });
+  return act(target === null ? { do: "begin", value } : { do: "add", kind, target, value });
 }
 
 function wanted(name, facts = {}) {
@@ -208,7 +244,7 @@ function wanted(name, facts = {}) {
   if (name === "insert") { insert(facts.kind); return; }
   if (name === "add") {
     const value = vocabulary.kinds.find((one) => one.kind === facts.kind).template;
-    act(drawing.boxes.length > 1 ? { do: "add", target: facts.target, value } : { do: "begin", value });
+    act(drawing.boxes.length > 1 ? { do: "add", kind: facts.kind, target: facts.target, value } : { do: "begin", value });
     return;
   }
   if (name === "move") { act({ do: "move", path: facts.path, target: facts.target }); return; }
@@ -361,6 +397,8 @@ async function openFile(name) {
   Object.assign(at, { name, base: opened.text, leads: true, marks: [], isConflict: false });
   text.open(name, opened.text);
   text.setEditable(true);
+  at.boxes = [];
+  outlines.clear();
   drawing.selected = keyOf([]);
   drawing.show([]);
   if (opened.draft !== null) {

@@ -1,0 +1,224 @@
+"""The times for which a user of the editor waits, in a headless Chromium.
+
+1. An act in the tree of a mission of 1,000 nodes: from the key to the frame with the drawing after
+   it, and to the text with the change. Budget of the first: below 100 ms.
+2. From a key in a mission of 300 lines to the mark of its error. Budget: below 400 ms, of which the
+   page waits 250 ms for further keys.
+3. From *Run* to the first frame of the run's page. Budget: below 1.5 s.
+4. The page's own files, compressed. Budget: below 1 MB.
+
+Processor times are those of the page's main thread, and of this process, which is the server.
+
+Run it as: python benchmarks/editing.py [--rounds N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import gzip
+import os
+import sys
+import tempfile
+import time
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+
+from measuring import figure, spread
+
+from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.editing.vocabulary import kinds
+from bt_mission.views.web.edit.server import EditServer
+from bt_mission.views.web.edit.workspace import Workspace
+from bt_mission.views.web.server import WebOptions, page_files
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+from tests.support.browser import BROWSER, Page, browser  # noqa: E402 - found by the line above
+from tests.support.web_screen import Screen  # noqa: E402 - as above
+
+NODES = 1_000
+LINES = 300
+LEAVES = 8
+"""Leaves of each sequence of a mission."""
+
+SETTLE_S = 1.0
+"""Wall time between two acts: the text is checked in between."""
+
+RUNS = 5
+
+LAP = """
+window.byId = (name) => document.getElementById(name);
+window.painted = 0;
+new MutationObserver(() => { window.painted++; })
+  .observe(byId('picture'), { subtree: true, childList: true, attributes: true });
+window.lap = (act, isOver) => new Promise((done) => {
+  const begun = performance.now();
+  const look = () => {
+    if (!isOver()) { requestAnimationFrame(look); return; }
+    const channel = new MessageChannel();
+    channel.port1.onmessage = () => done(performance.now() - begun);
+    channel.port2.postMessage(0);
+  };
+  act();
+  look();
+});
+window.press = (key) => document.getElementById('drawing')
+  .dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+window.text = document.getElementById('text').shadowRoot;
+window.write = (text) => {
+  window.text.querySelector('.cm-content').focus();
+  document.execCommand('insertText', false, text);
+};
+window.shown = () => document.getElementById('run-frame').contentDocument;
+"""
+"""Measures from an act to the end of the frame that shows its result."""
+
+IDLE = "document.getElementById('drawing').getAttribute('aria-busy') !== 'true'"
+MARKED = "window.text.querySelector('.cm-lintRange-error') !== null"
+STARTED = (
+    "window.shown()?.documentElement?.dataset.drawn > 0"
+    " && window.shown().querySelectorAll('.row').length > 1"
+)
+
+
+def mission(nodes: int) -> str:
+    """Return a mission of about this many nodes, with names and comments."""
+    lines = ["mission: large", "world: dqn_stage4", "tree:", "  sequence:"]
+    for group in range(nodes // (LEAVES + 2)):
+        lines += [
+            f"    - repeat: {{count: 2}}  # group {group}",
+            f"      name: group {group}",
+            "      do:",
+        ]
+        lines.append("        sequence:")
+        for leaf in range(LEAVES // 2):
+            lines += [f"          - log: at {group} {leaf}", "          - turn: {angle: 90}"]
+            lines += [f"            name: turn {group} {leaf}", "            timeout: 30"]
+    return "\n".join(lines) + "\n"
+
+
+class Bench(Screen):
+    """The page of the editor, with the times of what a user does."""
+
+    async def open(self, link: str, name: str) -> None:
+        """Open a file of a mission."""
+        await self.visit(f"{link}?{name}#{name}", 1440, 900)
+        await self.until("document.querySelectorAll('.node').length > 5")
+        await self.until("document.getElementById('problems').textContent === 'no problems'")
+        await self.look(LAP)
+
+    async def lap(self, act: str, is_over: str) -> float:
+        """Return the milliseconds from an act to a frame in which it is over."""
+        script = f"window.lap(() => {{ {act} }}, () => {is_over})"
+        evaluate = partial(self.page.call, "Runtime.evaluate", awaitPromise=True)
+        answer = await asyncio.to_thread(partial(evaluate, expression=script))
+        return float(answer["result"]["value"])
+
+    async def worked_ms(self) -> float:
+        """Return the processor time of the main thread of the page so far."""
+        answer = await asyncio.to_thread(self.page.call, "Performance.getMetrics")
+        facts = {metric["name"]: metric["value"] for metric in answer["metrics"]}
+        return 1e3 * float(facts["ThreadTime"])
+
+
+def show(name: str, times: list[float], *more: str) -> None:
+    """Print a figure with its spread, and the load of the machine."""
+    figure(name, times, "ms")
+    print("; ".join([f"{name}: {spread(times, 0, 'ms')}", *more]))
+    print(f"  load of the machine: {os.getloadavg()[0]:.1f}", flush=True)
+
+
+async def acts(bench: Bench, link: str, rounds: int) -> None:
+    """Copy and delete a node, in turns."""
+    await bench.open(link, "large.yaml")
+    await bench.look("document.getElementById('drawing').focus()")
+    for _ in range(5):
+        await bench.look("window.press('ArrowDown')")
+    rows: dict[str, list[tuple[float, ...]]] = {"c": [], "Delete": []}
+    for key in [*rows] * rounds:
+        await asyncio.sleep(SETTLE_S)  # noqa: TID251 - a benchmark of the wall
+        before = await bench.look("window.painted")
+        worked, used = await bench.worked_ms(), time.process_time()
+        drawn = await bench.lap(f"window.press('{key}')", f"window.painted > {before}")
+        after = await bench.lap("", IDLE)
+        server = 1e3 * (time.process_time() - used)
+        rows[key].append((drawn, drawn + after, await bench.worked_ms() - worked, server))
+    for key, name in (("c", "a copy of a node"), ("Delete", "the deletion of a node")):
+        drawn_ms, text_ms, page_ms, server_ms = (
+            list(column) for column in zip(*rows[key], strict=True)
+        )
+        show(
+            f"{name} to its redraw",
+            drawn_ms,
+            f"to its text {spread(text_ms, 0, 'ms')}",
+            f"processor time of the page {spread(page_ms, 0, 'ms')}",
+            f"of this process {spread(server_ms, 0, 'ms')}",
+        )
+
+
+async def keys(bench: Bench, link: str, rounds: int) -> None:
+    """Write an error, and undo it."""
+    await bench.open(link, "usual.yaml")
+    times = []
+    for _ in range(rounds):
+        times.append(await bench.lap("window.write('colour: red\\n')", MARKED))
+        await bench.lap("document.getElementById('undo').click()", f"!({MARKED})")
+        await asyncio.sleep(SETTLE_S)  # noqa: TID251 - a benchmark of the wall
+    show("a key to its marked error", times)
+
+
+async def runs(bench: Bench, rounds: int) -> None:
+    """Run the mission again and again; a process gets ready in between."""
+    times = []
+    for _ in range(rounds):
+        await asyncio.sleep(8 * SETTLE_S)  # noqa: TID251 - a benchmark of the wall
+        times.append(await bench.lap("document.getElementById('run').click()", STARTED))
+        await bench.lap("document.getElementById('run-stop').click()", "true")
+    show("run to its first frame", times)
+
+
+async def measure(page: Page, missions: Path, rounds: int) -> None:
+    """Serve the editor of a folder, and measure."""
+    page.call("Performance.enable")
+    server = EditServer(Workspace(missions), WebOptions(port=0), keeps_ready=True)
+    with closing(server):
+        is_over = False
+        serving = asyncio.create_task(server.serve(lambda: is_over))
+        bench = Bench(page)
+        try:
+            await acts(bench, server.link, rounds)
+            await keys(bench, server.link, rounds)
+            await runs(bench, min(rounds, RUNS))
+        finally:
+            is_over = True
+            await serving
+
+
+def main() -> int:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=11)
+    parser.add_argument("--nodes", type=int, default=NODES)
+    given = parser.parse_args()
+    if BROWSER is None:
+        print("Chromium is not installed: nothing is measured")
+        return 0
+    size = sum(len(gzip.compress(content)) for content in page_files().values()) / 1e3
+    figure("the page's files, compressed", [size], "kB")
+    print(f"the page's files, compressed: {size:.0f} kB")
+    prepare_middleware()
+    kinds()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
+        missions = Path(temporary) / "missions"
+        missions.mkdir()
+        (missions / "large.yaml").write_text(mission(given.nodes))
+        (missions / "usual.yaml").write_text(mission(LINES // 2))
+        with browser(Path(temporary) / "profile") as page:
+            asyncio.run(measure(page, missions, given.rounds))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
