@@ -24,7 +24,7 @@ from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFo
 from bt_mission.behaviours.decorators import Repeat, Subtree
 from bt_mission.behaviours.runtime import Generator, Scope
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import NodeChanged
+from bt_mission.events.events import NodeChanged, NodesReset
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
@@ -230,28 +230,41 @@ class Environment:
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self._finals = [node for node in nodes if isinstance(node, Finally)]
         self._note_tree = noter(root, self.executive.indices)
-        self._saved: Memento | None = None
-        """The present state, if it was saved and no step was taken since."""
         self._present: Memento | None = None
         """The state that was put back, until its next step."""
         self._asked: tuple[Memento | None, list[Question]] = (None, [])
         """The state that was asked last, and what may happen in it."""
-        self._keeper = Keeper(self._kept(), self._dynamic)
+        self._visited: list[Behaviour] = []
+        """The nodes that the last tick has visited."""
+        self.executive.tick_wrappers.append(self._note_visited)
+        self._keeper = Keeper(self._changing(), nodes, self._dynamic)
 
     def _see_events(self) -> None:
         """Hand events to nobody but :attr:`entered`: traces are no part of a state."""
         self.ledger.on_event = self._ignore
         self.executive.events.unsubscribe_all()
         self.executive.events.subscribe(self._note_entered, NodeChanged)
+        self.executive.events.subscribe(self._note_reset, NodesReset)
         self.executive.mission_state = _Tip(self)  # type: ignore[assignment]
 
     def _ignore(self, time_ns: int, change: str, goal: Goal) -> None:
         """Emit nothing about a goal."""
 
     def _note_entered(self, event: NodeChanged) -> None:
-        if event.status is not Status.INVALID:
+        if event.status is Status.INVALID:
+            self._visited.append(self.executive.nodes[event.node])
+        else:
             self.entered.add(event.node)
         self.requirements.take(event)
+
+    def _note_reset(self, event: NodesReset) -> None:
+        self._visited += [self.executive.nodes[number] for number in event.nodes]
+
+    def _note_visited(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
+        visit = self._visited.append
+        for node in walk:
+            visit(node)
+            yield node
 
     @property
     def now_ns(self) -> int:
@@ -401,10 +414,25 @@ class Environment:
     def step(self, script: Script) -> bool:
         """Take one step by a script; return whether it is within the bound on faults."""
         self.choices.begin(script)
-        self._saved = None
         self.entered.clear()
+        self._visited.clear()
+        self._keeper.begin()
         self.is_stuck = self.is_quiet = False
         before = self._moment.limits
+        executive, running = self.executive, MissionStatus.RUNNING
+        was_running = executive.status is running
+        is_settled = not was_running and not executive.cleanups.is_pending
+        is_allowed = self._step(before)
+        if was_running and executive.status is running:
+            self._keeper.touch(self._visited)
+            if not is_allowed:
+                now = Status.RUNNING
+                self._keeper.touch([node for node in executive.nodes if node.status is now])
+        elif not is_settled:
+            self._keeper.touch_all()
+        return is_allowed
+
+    def _step(self, before: tuple[Due, ...]) -> bool:
         try:
             if self.now_ns == START_NS:
                 self._tick(before)  # random choices of this tick are part of the script
@@ -627,20 +655,18 @@ class Environment:
 
     # ---- taking and putting back ------------------------------------------------------------
 
-    def save(self, earlier: Memento | None = None) -> Memento:
+    def save(self) -> Memento:
         """Return everything that a step may change."""
-        self._saved = self._keeper.take(earlier)
-        return self._saved
+        return self._keeper.take()
 
     def restore(self, memento: Memento, faults_left: float) -> None:
-        """Put it back, unless it was just saved."""
-        if memento is not self._saved:
-            self._keeper.put_back(memento)
-        self._saved = None
+        """Put it back."""
+        self._keeper.put_back(memento)
         self.choices.faults_left = faults_left
         self._present = memento
 
-    def _kept(self) -> Iterable[Any]:
+    def _changing(self) -> Iterable[Any]:
+        """Return the objects that any step may change; other nodes change where it visits them."""
         executive = self.executive
         return (
             self._moment,
@@ -649,7 +675,7 @@ class Environment:
             executive.followed,
             *executive.followed.variables,
             self.ledger,
-            *executive.nodes,
+            *self._finals,
             *self._scopes,
             *self._goal_servers.values(),
             *self._services.values(),

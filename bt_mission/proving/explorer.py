@@ -10,13 +10,20 @@ from __future__ import annotations
 import gc
 from array import array
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from bt_mission.proving.choices import UNBOUNDED, Script
 from bt_mission.proving.environment import Environment
-from bt_mission.proving.known_steps import DivergedError, Effect, KnownSteps, Step, Times
+from bt_mission.proving.known_steps import (
+    DivergedError,
+    Effect,
+    KnownSteps,
+    Step,
+    Times,
+    shape_of,
+)
 from bt_mission.proving.memento import Memento
 
 BYTES_A_STATE = 5_500
@@ -56,7 +63,8 @@ class Explored:
         why_not: What ended it before.
         came_from: By state, the one before it; -1 for the first.
         scripts: By state, the script of the step to it.
-        shapes: By state, its shape.
+        shapes: By state, the number of its shape.
+        digests: By shape, its hash.
         edges: Pairs of states with a step without a fault between, flat.
         ended: States in which the mission has ended.
         stuck: States in which nothing more happens.
@@ -65,12 +73,17 @@ class Explored:
     progress: Progress
     is_exhaustive: bool = True
     why_not: str = ""
-    came_from: array[int] = field(default_factory=lambda: array("q"))
+    came_from: array[int] = field(default_factory=lambda: array("i"))
     scripts: list[Script] = field(default_factory=list)
-    shapes: list[bytes] = field(default_factory=list)
-    edges: array[int] = field(default_factory=lambda: array("q"))
+    shapes: array[int] = field(default_factory=lambda: array("I"))
+    digests: Sequence[bytes] = ()
+    edges: array[int] = field(default_factory=lambda: array("I"))
     ended: set[int] = field(default_factory=set)
     stuck: set[int] = field(default_factory=set)
+
+    def digest_of(self, state: int) -> bytes:
+        """Return the hash of the shape of a state."""
+        return self.digests[self.shapes[state]]
 
     def way_to(self, state: int) -> list[Script]:
         """Return the scripts of the steps from the beginning to a state."""
@@ -120,7 +133,7 @@ class Bounds:
         return ""
 
 
-@dataclass
+@dataclass(slots=True)
 class _Waiting:
     """A state whose steps are not taken yet; its memento only where the mission was in it.
 
@@ -174,10 +187,11 @@ class _Exploration:
         self._environment, self._claims = environment, claims
         self._learns = learns
         self._known = KnownSteps(environment)
-        self._explored = Explored(Progress())
-        self._numbers: dict[bytes, int] = {}
+        self._explored = Explored(Progress(), digests=self._known.digests)
+        self._numbers: dict[int | bytes, int] = {}
         """The states by their keys."""
-        self._most_left: list[float] = []
+        self._same: dict[Script, Script] = {}
+        self._most_left = array("d")
         """By state, the most faults left so far."""
         origin = environment.save()
         self._kept: dict[int, Memento] = {-1: origin}
@@ -251,42 +265,44 @@ class _Exploration:
             environment.step(script)
         if self._known.shape != waiting.shape:
             raise DivergedError
-        return environment.save(self._kept[state])
+        return environment.save()
 
     def _note(self, waiting: _Waiting, step: Step, effect: Effect, *, is_known: bool) -> None:
         """Note the state behind a step; have its own steps taken later, unless that was done."""
-        explored = self._explored
-        times, left = effect.times(waiting.times), step.faults_left
-        key = self._known.key_of(effect.shape, times)
+        explored, shape, change = self._explored, shape_of(effect), self._known.change_of(effect)
+        times, left = change.times(waiting.times), step.faults_left
+        taken = self._same.setdefault(step.taken, step.taken)
+        key = self._known.key_of(shape, times)
         state = self._numbers.get(key)
         is_new = state is None
         if state is None:
             state = self._numbers[key] = len(explored.scripts)
             explored.came_from.append(waiting.state)
-            explored.scripts.append(step.taken)
-            explored.shapes.append(self._known.digest_of(effect.shape))
+            explored.scripts.append(taken)
+            explored.shapes.append(shape)
             self._most_left.append(left)
             explored.progress.states += 1
         if waiting.state >= 0 and left == waiting.faults_left:
             explored.edges.extend((waiting.state, state))
-        self._claims.take(effect.shown, state, left)
-        if effect.is_done:
+        if change.shown:
+            self._claims.take(change.shown, state, left)
+        if change.is_done:
             explored.progress.paths += is_new
             explored.ended.add(state)
-        elif effect.is_stuck:
+        elif change.is_stuck:
             explored.stuck.add(state)
         elif is_new or left > self._most_left[state]:
             # What follows may need the faults that only this way has left.
-            explored.came_from[state], explored.scripts[state] = waiting.state, step.taken
+            explored.came_from[state], explored.scripts[state] = waiting.state, taken
             self._most_left[state] = left
             memento, unkept = None, waiting.unkept + 1
             if not is_known:
-                memento = self._environment.save(waiting.memento)
-                if unkept >= KEPT_EVERY and effect.shape not in self._has_kept:
-                    self._has_kept.add(effect.shape)
+                memento = self._environment.save()
+                if unkept >= KEPT_EVERY and shape not in self._has_kept:
+                    self._has_kept.add(shape)
                     self._kept[state], unkept = memento, 0
             depth = waiting.depth + 1
-            self._queue.append(_Waiting(state, effect.shape, times, left, depth, unkept, memento))
+            self._queue.append(_Waiting(state, shape, times, left, depth, unkept, memento))
 
 
 def replay(environment: Environment, way: list[Script]) -> list[Any]:

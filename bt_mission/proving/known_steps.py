@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import marshal
 from collections.abc import Sequence
+from hashlib import blake2b
 from typing import Any, NamedTuple, TypeAlias
 
-from bt_mission.proving.choices import NEVER, Chosen, Script, Turn, affordable, leaving
+from bt_mission.proving.choices import NEVER, Chosen, Met, Script, Turn, affordable, leaving
 from bt_mission.proving.environment import TICK_NS, Environment
 from bt_mission.proving.limits import Due
 
@@ -25,11 +26,10 @@ class DivergedError(Exception):
     """A step does not do what was learned of states of its shape."""
 
 
-class Effect(NamedTuple):
-    """The effect of a step.
+class Change(NamedTuple):
+    """What a step changes, apart from the shape.
 
     Attributes:
-        shape: Of the state behind it.
         limits: Of each limit behind it the one before it, by index, and 0; or -1 for a limit that
             the step has begun, and the time that remains for it, ns.
         is_quiet: Did nothing change, so that time passes up to the next limit?
@@ -38,7 +38,6 @@ class Effect(NamedTuple):
         shown: What the claims have seen.
     """
 
-    shape: int
     limits: tuple[tuple[int, int], ...]
     is_quiet: bool
     is_done: bool
@@ -58,6 +57,13 @@ class Effect(NamedTuple):
         return tuple([max(0, left) for left in after])
 
 
+Effect: TypeAlias = int
+"""The effect of a step: the shape behind it and the number of its change, in one integer.
+
+An exploration knows one for each of its steps, so they are small."""
+_BITS_OF_CHANGE = 32
+
+
 class Step(NamedTuple):
     """A step by a script.
 
@@ -74,27 +80,50 @@ class Step(NamedTuple):
     effect: Effect | None
 
 
-class _Place:
-    """A place at which an option is taken, or at which it counts which limits are over.
+class _Options(list[Any]):
+    """A place at which an option is taken: by option, the next place or the effect.
 
     Attributes:
         costs: The faults of each option.
-        limits: By index; None where an option is taken.
-        branches: What follows, by the option or by which limits are over.
-        faults: What it costs that limits are over.
     """
 
-    __slots__ = ("branches", "costs", "faults", "limits")
+    __slots__ = ("costs",)
 
-    def __init__(self, turn: Turn) -> None:
-        self.costs = turn.costs if isinstance(turn, Chosen) else ()
-        self.limits = None if isinstance(turn, Chosen) else turn.limits
-        self.branches: dict[Any, _Place | Effect] = {}
-        self.faults: dict[Any, float] = {}
+    def __init__(self, costs: tuple[int, ...]) -> None:
+        super().__init__([None] * len(costs))
+        self.costs = costs
 
     def is_of(self, turn: Turn) -> bool:
-        """Does a turn have the same options or limits?"""
-        return turn.costs == self.costs if isinstance(turn, Chosen) else turn.limits == self.limits
+        """Does a turn have the same options?"""
+        return isinstance(turn, Chosen) and turn.costs == self.costs
+
+
+class _Limits(list[Any]):
+    """A place at which it counts which limits are over.
+
+    It has three entries for each case: which are over, the faults of that, and the next place or
+    the effect.
+
+    Attributes:
+        limits: By index.
+    """
+
+    __slots__ = ("limits",)
+
+    def __init__(self, limits: tuple[int, ...]) -> None:
+        super().__init__()
+        self.limits = limits
+
+    def is_of(self, turn: Turn) -> bool:
+        """Does a turn have the same limits?"""
+        return isinstance(turn, Met) and turn.limits == self.limits
+
+    def slot_of(self, are_over: tuple[bool, ...]) -> int:
+        """Return the index of what follows in a case; 0 for an unknown one."""
+        for index in range(0, len(self), 3):
+            if self[index] == are_over:
+                return index + 2
+        return 0
 
 
 class KnownSteps:
@@ -107,13 +136,14 @@ class KnownSteps:
     def __init__(self, environment: Environment) -> None:
         self._environment = environment
         self._shapes: dict[bytes, int] = {}
-        self._digests: list[bytes] = []
-        self._is_alone: list[bool] = []
-        self._begins: dict[int, _Place | Effect] = {}
-
-    def digest_of(self, shape: int) -> bytes:
-        """Return a shape by its number."""
-        return self._digests[shape]
+        self._is_alone = bytearray()
+        self._begins: list[Any] = []
+        """By shape, the first place of its steps, or the effect of the only one."""
+        self._changes: dict[Change, int] = {}
+        self._by_number: list[Change] = []
+        self._same: dict[Any, Any] = {}
+        self.digests: list[bytes] = []
+        """By shape, its hash."""
 
     @property
     def shape(self) -> int:
@@ -123,45 +153,56 @@ class KnownSteps:
         number = self._shapes.get(shape)
         if number is None:
             number = self._shapes[shape] = len(self._is_alone)
-            self._digests.append(shape)
+            self.digests.append(shape)
+            self._begins.append(None)
             self._is_alone.append(len(limits) == 1 and environment.is_alone(limits[0]))
         return number
 
-    def key_of(self, shape: int, times: Times) -> bytes:
+    def key_of(self, shape: int, times: Times) -> int | bytes:
         """Return what distinguishes states. The time that remains for a lone limit does not."""
-        told_apart = (times[0] <= TICK_NS,) if self._is_alone[shape] else times
-        return marshal.dumps((shape, told_apart), 2)
+        if not times:
+            return shape << 1
+        if self._is_alone[shape]:
+            return shape << 1 | (times[0] <= TICK_NS)
+        return blake2b(marshal.dumps((shape, times), 2), digest_size=16).digest()
+
+    def change_of(self, effect: Effect) -> Change:
+        """Return what a step changes, apart from the shape."""
+        return self._by_number[effect & ((1 << _BITS_OF_CHANGE) - 1)]
 
     def find(self, shape: int, times: Times, script: Script, faults_left: float) -> Step | None:
         """Return a step from a state; None where it is not known."""
         taken: list[int] = []
         allowed: list[Sequence[int]] = []
-        given, place = len(script), self._begins.get(shape)
+        given, place = len(script), self._begins[shape]
         effect: Effect | None = None
         while place is not None:
-            if isinstance(place, Effect):
-                effect = place
-                break
-            if place.limits is None:
+            if type(place) is _Options:
+                costs = place.costs
                 options: Sequence[int] = ()
                 if len(taken) < given:
                     index = script[len(taken)]
                 else:
-                    options = affordable(place.costs, faults_left)
+                    options = affordable(costs, faults_left)
                     if not options:
                         break
                     index = options[0]
                 taken.append(index)
                 allowed.append(options)
-                faults_left -= place.costs[index]
-                place = place.branches.get(index)
-            else:
-                are_over = tuple([times[index] <= TICK_NS for index in place.limits])
-                faults = place.faults.get(are_over, 0)
+                faults_left -= costs[index]
+                place = place[index]
+            elif type(place) is _Limits:
+                slot = place.slot_of(tuple([times[index] <= TICK_NS for index in place.limits]))
+                if not slot:
+                    return None
+                faults = place[slot - 1]
                 if faults > faults_left or faults == NEVER:
                     break
                 faults_left -= faults
-                place = place.branches.get(are_over)
+                place = place[slot]
+            else:
+                effect = place
+                break
         else:
             return None
         return Step(tuple(taken), list(leaving(taken, allowed, given)), faults_left, effect)
@@ -174,8 +215,7 @@ class KnownSteps:
             shown: What the claims have seen.
             is_allowed: Was it within the bound on faults?
         """
-        environment = self._environment
-        effect = None
+        environment, effect = self._environment, None
         if is_allowed:
             indices = {(due.owner, due.at_ns): index for index, due in enumerate(before)}
             limits = [
@@ -184,14 +224,17 @@ class KnownSteps:
                 else (-1, due.at_ns - environment.ticked_ns)
                 for due in environment.limits
             ]
-            effect = Effect(
-                self.shape,
+            change = Change(
                 tuple(limits),
                 environment.is_quiet,
                 environment.is_done,
                 environment.is_stuck,
                 shown,
             )
+            number = self._changes.setdefault(change, len(self._by_number))
+            if number == len(self._by_number):
+                self._by_number.append(change)
+            effect = self.shape << _BITS_OF_CHANGE | number
         choices = environment.choices
         return Step(choices.taken, list(choices.others()), choices.faults_left, effect)
 
@@ -205,19 +248,34 @@ class KnownSteps:
         Raises:
             DivergedError: It has other options or limits than another step from this shape.
         """
-        branches: dict[Any, _Place | Effect] = self._begins
-        branch: Any = shape
+        holder, slot = self._begins, shape
         for turn in self._environment.choices.trail:
-            place = branches.get(branch)
+            place = holder[slot]
             if place is None:
-                place = branches[branch] = _Place(turn)
-            elif not isinstance(place, _Place) or not place.is_of(turn):
+                place = holder[slot] = self._place(turn)
+            elif type(place) is int or not place.is_of(turn):
                 raise DivergedError
-            branches = place.branches
-            if isinstance(turn, Chosen):
-                branch = turn.taken
-            else:
-                branch = turn.are_over
-                place.faults[branch] = turn.faults
+            holder, slot = place, self._slot(place, turn)
         if effect is not None:
-            branches[branch] = effect
+            holder[slot] = effect
+
+    def _place(self, turn: Turn) -> _Options | _Limits:
+        same = self._same.setdefault
+        if isinstance(turn, Chosen):
+            return _Options(same(turn.costs, turn.costs))
+        return _Limits(same(turn.limits, turn.limits))
+
+    def _slot(self, place: _Options | _Limits, turn: Turn) -> int:
+        if isinstance(turn, Chosen):
+            return turn.taken
+        assert isinstance(place, _Limits)
+        slot = place.slot_of(turn.are_over)
+        if not slot:
+            place += (self._same.setdefault(turn.are_over, turn.are_over), turn.faults, None)
+            slot = len(place) - 1
+        return slot
+
+
+def shape_of(effect: Effect) -> int:
+    """Return the shape behind a step."""
+    return effect >> _BITS_OF_CHANGE

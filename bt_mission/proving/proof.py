@@ -385,7 +385,7 @@ def _finding(
 ) -> Finding:
     way, environment = explored.way_to(broken.state), options.environment(mission)
     steps = [line for words in replay(environment, way) for line in words]
-    if is_checked and environment.shape != explored.shapes[broken.state]:
+    if is_checked and environment.shape != explored.digest_of(broken.state):
         raise DivergedError
     name = name_of(broken, steps)
     return Finding(
