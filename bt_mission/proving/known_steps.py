@@ -27,7 +27,7 @@ class DivergedError(Exception):
 
 
 class Change(NamedTuple):
-    """What a step changes, apart from the shape.
+    """The change that a step makes, apart from the shape.
 
     Attributes:
         limits: Of each limit behind it the one before it, by index, and 0; or -1 for a limit that
@@ -167,7 +167,7 @@ class KnownSteps:
         return blake2b(marshal.dumps((shape, times), 2), digest_size=16).digest()
 
     def change_of(self, effect: Effect) -> Change:
-        """Return what a step changes, apart from the shape."""
+        """Return the change that a step makes."""
         return self._by_number[effect & ((1 << _BITS_OF_CHANGE) - 1)]
 
     def find(self, shape: int, times: Times, script: Script, faults_left: float) -> Step | None:

@@ -45,7 +45,7 @@ _Whole: TypeAlias = tuple[Any, dict[str, Any], tuple[_Held, ...]]
 
 
 class Memento(NamedTuple):
-    """What was saved of each object; it keeps the objects alive.
+    """The saved attributes of each object; it keeps the objects alive.
 
     Attributes:
         lasting: Of those that are always there, in their order.
@@ -158,7 +158,7 @@ class Keeper:
         self._always = range(len(first))
         self._dynamic = dynamic
         self._held: Memento | None = None
-        """What all objects hold but for those that were touched since."""
+        """The state of all objects but those that were touched since."""
         self._touched: set[int] = set()
 
     def begin(self) -> None:
