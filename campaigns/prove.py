@@ -49,10 +49,7 @@ def abstraction(seed: int) -> str:
     """Compare abstract loops and deadlines with exact ones; return the result."""
     mission = looping_mission(seed)
     exact = explored(mission, 1)
-    with (
-        patch("bt_mission.proving.abstraction.MANY_ROUNDS", 1),
-        patch("bt_mission.proving.environment.MANY_ROUNDS", 1),
-    ):
+    with patch("bt_mission.proving.abstraction.MANY_ROUNDS", 1):
         abstract = explored(mission, 1)
     lost = Verdicts(exact.ends - abstract.ends, exact.broken - abstract.broken)
     if lost.ends or lost.broken:

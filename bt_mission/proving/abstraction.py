@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TypeAlias
+from functools import cached_property
+from typing import Any, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -23,10 +24,12 @@ from bt_mission.behaviours.leaves import Set, Wait
 from bt_mission.behaviours.runtime import MissionFailure
 from bt_mission.language.expressions.expression import draws
 from bt_mission.language.nodes.fields import TIMES
+from bt_mission.proving.choices import NOTHING, Option
 
 NEVER_NS = 2**62
 MANY_ROUNDS = 10
 """A loop with more rounds is long."""
+ROUNDS_OF_CUT = 2
 
 Loose: TypeAlias = Wait | Timeout | ActionLeaf
 """A node with an abstract deadline: of an action, that of its goal."""
@@ -119,3 +122,43 @@ def _meanwhile(node: Loose) -> Iterator[Behaviour]:
                 if sibling is not child:
                     yield from sibling.iterate()
         child = child.parent
+
+
+class BoundedRepeat(Repeat):
+    """A repeat whose count is bounded; one with a condition keeps its rounds.
+
+    A large count is open, so that it may end after any round. It is cut instead where a bound
+    is given, and where rounds compute values.
+    """
+
+    _environment: Any
+    _is_open = False
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the environment."""
+        super().setup(**kwargs)
+        self._environment = kwargs["runtime"]
+
+    def enter(self) -> Status | None:
+        """Cut the count at entry."""
+        status = super().enter()
+        environment, count = self._environment, self._count
+        most = MANY_ROUNDS if environment.rounds is None else environment.rounds
+        if most and count and count > most and not self._node.settings.has_condition:
+            if environment.rounds is None and is_folded(self):
+                environment.opened[self.name] = count
+                self._count, self._is_open = None, True
+            else:
+                environment.cut[self.name] = count
+                self._count = environment.rounds or ROUNDS_OF_CUT
+        return status
+
+    def _after_round(self) -> Status:
+        """Choose whether it was the last round."""
+        if self._is_open and self._environment.choices.choose(self._last_or_not):
+            self._count, self._is_open = self._done, False
+        return super()._after_round()
+
+    @cached_property
+    def _last_or_not(self) -> tuple[Option, ...]:
+        return NOTHING, Option(f"'{self.name}' has done its rounds")

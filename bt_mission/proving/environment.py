@@ -9,7 +9,7 @@ from __future__ import annotations
 import marshal
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property, partial
+from functools import partial
 from hashlib import blake2b
 from types import MappingProxyType
 from typing import Any
@@ -21,7 +21,7 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
-from bt_mission.behaviours.decorators import Repeat, Subtree
+from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.runtime import Generator, Scope
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import NodeChanged, NodesReset
@@ -35,10 +35,9 @@ from bt_mission.language.nodes.decorators import RepeatNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.abstraction import (
-    MANY_ROUNDS,
     NEVER_NS,
+    BoundedRepeat,
     Loose,
-    is_folded,
     is_limited,
     keep_open,
     lone_leaves,
@@ -69,47 +68,6 @@ TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
 _GOAL_ID = re.compile(" goal [0-9a-f]{8}")
 INTERRUPT = "Ctrl-C"
-ROUNDS_OF_CUT = 2
-
-
-class BoundedRepeat(Repeat):
-    """A repeat whose count is bounded; one with a condition keeps its rounds.
-
-    A large count is open, so that it may end after any round. It is cut instead where a bound
-    is given, and where rounds compute values.
-    """
-
-    _environment: Environment
-    _is_open = False
-
-    def setup(self, **kwargs: Any) -> None:
-        """Take the environment."""
-        super().setup(**kwargs)
-        self._environment = kwargs["runtime"]
-
-    def enter(self) -> Status | None:
-        """Cut the count at entry."""
-        status = super().enter()
-        environment, count = self._environment, self._count
-        most = MANY_ROUNDS if environment.rounds is None else environment.rounds
-        if most and count and count > most and not self._node.settings.has_condition:
-            if environment.rounds is None and is_folded(self):
-                environment.opened[self.name] = count
-                self._count, self._is_open = None, True
-            else:
-                environment.cut[self.name] = count
-                self._count = environment.rounds or ROUNDS_OF_CUT
-        return status
-
-    def _after_round(self) -> Status:
-        """Choose whether it was the last round."""
-        if self._is_open and self._environment.choices.choose(self._last_or_not):
-            self._count, self._is_open = self._done, False
-        return super()._after_round()
-
-    @cached_property
-    def _last_or_not(self) -> tuple[Option, ...]:
-        return NOTHING, Option(f"'{self.name}' has done its rounds")
 
 
 class _Draws(dict[str, Generator]):

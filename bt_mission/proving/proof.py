@@ -13,10 +13,11 @@ from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Requirement
+from bt_mission.proving.abstraction import ROUNDS_OF_CUT
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import UNBOUNDED, Script
 from bt_mission.proving.claims import OF_SOME_RUN, PROPERTIES, Broken, Claims, name_of
-from bt_mission.proving.environment import ROUNDS_OF_CUT, Environment
+from bt_mission.proving.environment import Environment
 from bt_mission.proving.explorer import (
     Bounds,
     Explored,

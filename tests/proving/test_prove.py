@@ -311,7 +311,6 @@ def test_what_is_abstract_finds_all_that_exact_time_finds(
     mission = looping_mission(seed)
     exact = explored(mission, 1)
     monkeypatch.setattr("bt_mission.proving.abstraction.MANY_ROUNDS", 1)
-    monkeypatch.setattr("bt_mission.proving.environment.MANY_ROUNDS", 1)
     abstract = explored(mission, 1)
     assert exact.ends <= abstract.ends
     assert exact.broken <= abstract.broken
