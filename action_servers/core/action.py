@@ -7,13 +7,19 @@ its short name, and the contract suite runs against it.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from action_servers.core.checks import missing, refusal, stale, stale_odometry
+from action_servers.core.checks import (
+    missing,
+    refusal,
+    stale,
+    stale_joints,
+    stale_odometry,
+)
 from action_servers.core.limits import Limits, faults
 from action_servers.core.maneuver import Fields, Finished, Maneuver, Observation, Refusal
 from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
@@ -53,6 +59,18 @@ class CameraTopic(Protocol):
         """Return a switch for one maneuver."""
 
 
+class JointCommands(Protocol):
+    """Sends joints of arm and gripper to positions."""
+
+    def send(
+        self, names: Sequence[str], positions: Sequence[float], efforts: Sequence[float] = ()
+    ) -> None:
+        """Send joints to positions, rad or m, to be reached within a period of control.
+
+        `efforts` are their largest forces, N or N m; 0 is that of the robot.
+        """
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerContext:
     """The possible parameters of a plan, by name; `camera` is then a separate switch."""
@@ -67,6 +85,7 @@ class ServerContext:
     """Speed of a turn if the goal's speed is 0, rad/s."""
     publish_distance: Callable[[float], None]
     """Sends the distance that is being recorded, m."""
+    joints: JointCommands
     publish_path: Callable[[Floats], None]
     """Sends a path that is planned: points in the map, `n x 2` m."""
 
@@ -124,6 +143,8 @@ class Action(ActionName):
         robot, tuning = context.robot, context.tuning
         if self.needs_camera and robot.camera is None:
             return Refusal(f"the robot '{robot.name}' has no camera")
+        if lacks_part(self, robot):
+            return Refusal(f"the robot '{robot.name}' has no {self.part}")
         refused = refusal(*faults(goal, self.limits(robot, tuning)))
         if refused is not None:
             return refused
@@ -141,6 +162,7 @@ class Action(ActionName):
     def _unready(self, now: Observation, timeout_s: float) -> Refusal | None:
         return refusal(
             missing(now) if "map" in self.needs else None,
+            stale_joints(now, timeout_s) if self.part else None,
             unready=stale(now, timeout_s)
             if "scan" in self.needs
             else stale_odometry(now, timeout_s)
@@ -161,6 +183,11 @@ class Action(ActionName):
             name: context.camera.user() if name == "camera" else getattr(context, name)
             for name in names
         }
+
+
+def lacks_part(action: ActionName, robot: RobotModel) -> bool:
+    """Return whether a robot has no part that an action moves."""
+    return bool(action.part) and getattr(robot, action.part) is None
 
 
 _CONTEXT = tuple(field.name for field in fields(ServerContext))

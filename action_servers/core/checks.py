@@ -53,6 +53,12 @@ def stale_odometry(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished
     return None if reason is None else Finished("aborted", ErrorCode.NO_ODOMETRY, reason)
 
 
+def stale_joints(now: Observation, limit_s: float = STALE_AFTER_S) -> str | None:
+    """Return why arm and gripper cannot be moved: their joints are not known; or None."""
+    stamp_s = None if now.joints is None else now.joints.stamp_s
+    return overdue("joint_states", stamp_s, now.time_s, limit_s)
+
+
 def overdue(what: str, stamp_s: float | None, time_s: float, limit_s: float) -> str | None:
     """Return why a stamp is older than a limit, s, or from the future; None if it is neither."""
     if stamp_s is None:

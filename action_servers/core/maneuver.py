@@ -89,6 +89,16 @@ class Hazard:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class JointReadings:
+    """Positions (rad or m), velocities and forces of joints, each by the joint's name."""
+
+    stamp_s: float
+    positions: Mapping[str, float]
+    velocities: Mapping[str, float]
+    efforts: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """The state of the robot at one control step: the newest message of each kind.
 
@@ -113,6 +123,7 @@ class Observation:
     frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
     held: Held | None = None
     hazards: tuple[Hazard, ...] = ()
+    joints: JointReadings | None = None
 
     @property
     def held_by(self) -> Reason | None:
@@ -223,6 +234,8 @@ class ServedAction:
         plan: Checks a goal message against the robot's state; returns the maneuver that runs it, or
             the refusal.
         needs_map: Whether its observations hold the map, and the robot's pose on it.
+        part: The part that it moves besides the base, such as the arm; "" for none. One goal at a
+            time moves a part.
         during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
             digits), and exited at its end.
     """
@@ -231,4 +244,5 @@ class ServedAction:
     type: Any
     plan: Callable[[Any, Observation], Maneuver | Refusal]
     needs_map: bool
+    part: str
     during: Callable[[Any, str], AbstractContextManager[None]]

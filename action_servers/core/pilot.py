@@ -18,6 +18,7 @@ from action_servers.core.maneuver import ZERO, Fields, Finished, Maneuver, Obser
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Twist2D
 
+REFUSED_WHILE_MOVING = "another goal moves the {}; it is not replaced (on_new_goal: refuse)"
 REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"
 
 
@@ -43,6 +44,8 @@ class ManeuverRun:
     on_end: Callable[[ManeuverOutcome], None]
     on_note: Callable[[str], object] = lambda _: None
     """Called once when the base gives way, and when it cannot."""
+    part: str = ""
+    """The part that it moves besides the base."""
     needs_base: bool = field(init=False)
 
     def __post_init__(self) -> None:
@@ -54,8 +57,8 @@ class Pilot:
 
     `observe` returns the robot's state, `command` sends a velocity to the base; the `governor`
     decides which velocity is commanded instead of the one that a maneuver wants. While one maneuver
-    drives, a new one replaces it, or is refused if `replaces` is false. Of those that do not drive,
-    at most `side_goals` run at a time.
+    drives or moves a part, a new one of that replaces it, or is refused if `replaces` is false. Of
+    those that do not drive, at most `side_goals` run at a time.
     """
 
     def __init__(
@@ -84,9 +87,14 @@ class Pilot:
     def _driving(self) -> list[ManeuverRun]:
         return [run for run in self._runs if run.needs_base]
 
-    def refusal(self, *, needs_base: bool) -> str | None:
+    def _moving(self, part: str) -> list[ManeuverRun]:
+        return [run for run in self._runs if part and run.part == part]
+
+    def refusal(self, *, needs_base: bool, part: str = "") -> str | None:
         """Return why a maneuver is not to be started now, or None."""
         driving = len(self._driving)
+        if self._moving(part):
+            return None if self._replaces else REFUSED_WHILE_MOVING.format(part)
         if needs_base:
             return REFUSED_WHILE_DRIVING if driving and not self._replaces else None
         beside = len(self._runs) - driving
@@ -102,6 +110,7 @@ class Pilot:
         if run.needs_base:
             self._end_all("replaced by a new goal", self._driving)
             self._governor.begin()
+        self._end_all("replaced by a new goal", self._moving(run.part))
         self._runs.append(run)
 
     def cancel(self, run: ManeuverRun) -> None:
@@ -261,10 +270,10 @@ class Interlock:
         if not on:
             self._pilot.stop_driving(MOTORS_OFF, ErrorCode.MOTORS_OFF)
 
-    def refusal(self, *, needs_base: bool) -> str | None:
+    def refusal(self, *, needs_base: bool, part: str = "") -> str | None:
         """Return why a goal is not accepted now, or None."""
         if self._stopped:
             return f"{STOPPED}; call the service release to continue"
         if needs_base and not self._motors_on:
             return f"{MOTORS_OFF}; switch them on with the service motor_power"
-        return self._pilot.refusal(needs_base=needs_base)
+        return self._pilot.refusal(needs_base=needs_base, part=part)

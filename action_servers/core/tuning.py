@@ -70,6 +70,16 @@ class Tuning:
     distance_limit: float = number(
         100.0, (0.1, 10000.0), "Longest way of back_up and drive_on_heading that is accepted, m."
     )
+    joint_tolerance: float = number(
+        0.03,
+        (0.001, 1.0),
+        "Error of a joint at the end of a trajectory that names none, rad or m.",
+    )
+    joint_time_tolerance: float = number(
+        1.0,
+        (0.0, 60.0),
+        "Time for that after the end of a trajectory whose goal_time_tolerance is 0, s.",
+    )
     duration_limit: int = number(
         3600, (1, 86400), "Longest time of move and record_distance that is accepted, s."
     )

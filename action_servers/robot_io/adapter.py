@@ -102,9 +102,10 @@ class BoundedActionServer(BoundedRequests, ActionServer):
 class ActionAdapter:
     """Offers one action on a node; a pilot runs its goals.
 
-    The result's `error_code` and `error_msg` are filled from the end of the maneuver. A goal whose
-    maneuver raises is aborted with the cause. `refusal` returns why a maneuver, driving or not,
-    must not begin now. `sensors` give the robot's state when a goal arrives.
+    The result's `error_code` and `error_msg` (or `error_string`) are filled from the end of the
+    maneuver. A goal whose maneuver raises is aborted with the cause. `refusal` returns why a
+    maneuver that moves a part, if any, must not begin now. `sensors` give the robot's state when a
+    goal arrives.
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class ActionAdapter:
         pilot: Pilot,
         action: ServedAction,
         sensors: SensorSubscriptions,
-        refusal: Callable[[Maneuver], str | None],
+        refusal: Callable[[Maneuver, str], str | None],
         burst: int = 1,
     ) -> None:
         self._clock = node.get_clock()
@@ -201,7 +202,7 @@ class ActionAdapter:
             planned = self._action.plan(goal, self._sensors.observe(on_map=self._action.needs_map))
             if isinstance(planned, Refusal):
                 return planned
-            reason = self._refusal(planned)
+            reason = self._refusal(planned, self._action.part)
             return planned if reason is None else Refusal(reason)
         except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
             self._log.error("".join(traceback.format_exception(error)))
@@ -227,7 +228,9 @@ class ActionAdapter:
                 return  # the server is destroyed
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
-        run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end, self._log.warning)
+        run = ManeuverRun(
+            self._interposed(maneuver), on_feedback, on_end, self._log.warning, self._action.part
+        )
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
         try:
@@ -272,7 +275,11 @@ class ActionAdapter:
         except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
             result = self._action.type.Result()
             outcome = raised(error)
-        codes = {"error_code": int(outcome.error_code), "error_msg": outcome.reason}
+        codes = {
+            "error_code": int(outcome.error_code),
+            "error_msg": outcome.reason,
+            "error_string": outcome.reason,
+        }
         for name in codes.keys() & result.get_fields_and_field_types().keys():
             setattr(result, name, codes[name])
         return result, outcome

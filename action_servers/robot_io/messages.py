@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.maneuver import Fields, Grid, Image, Scan
+from action_servers.core.maneuver import Fields, Grid, Image, JointReadings, Scan
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.picker import Picked, Picker
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_about_z
@@ -145,6 +145,31 @@ def planar_pose(x: float, y: float, qx: float, qy: float, qz: float, qw: float) 
         abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M and math.isfinite(yaw + qx + qy + qz + qw)
     )
     return Pose2D(x, y, yaw) if is_usable else None
+
+
+MOST_JOINTS = 200
+
+
+def joints_of(message: Any) -> JointReadings | None:
+    """Translate a `sensor_msgs/JointState`; None without positions that are finite.
+
+    Velocities and forces that it lacks are 0.
+    """
+    names, positions = list(message.name), list(message.position)
+    if not 0 < len(names) <= MOST_JOINTS or len(positions) != len(names):
+        return None
+    velocities = list(message.velocity) or [0.0] * len(names)
+    efforts = list(message.effort) or [0.0] * len(names)
+    if not len(velocities) == len(efforts) == len(names):
+        return None
+    if not all(map(math.isfinite, (*positions, *velocities))):
+        return None
+    return JointReadings(
+        stamp_of(message.header),
+        dict(zip(names, positions, strict=True)),
+        dict(zip(names, velocities, strict=True)),
+        dict(zip(names, efforts, strict=True)),
+    )
 
 
 def grid_of(message: Any) -> Grid | None:

@@ -19,7 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Image as ImageMessage
-from sensor_msgs.msg import LaserScan, Range
+from sensor_msgs.msg import JointState, LaserScan, Range
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
@@ -29,6 +29,7 @@ from action_servers.robot_io.frames import Frames, PlaceOnMap
 from action_servers.robot_io.messages import (
     grid_of,
     image_of,
+    joints_of,
     odometry_of,
     odometry_picker,
     scan_of,
@@ -71,6 +72,9 @@ class SensorWiring:
     )
     tf_static: str = text(
         "topics.tf_static", "tf_static", "Fixed transforms, for goals in frames of the robot."
+    )
+    joints: str = text(
+        "topics.joints", "joint_states", "Joints of arm and gripper, sensor_msgs/JointState."
     )
     map: str = text("topics.map", "map", "The map, nav_msgs/OccupancyGrid.")
     camera: str = text("topics.camera", "camera/image_raw", "Pictures, sensor_msgs/Image.")
@@ -232,6 +236,11 @@ class SensorSubscriptions:
         self._hazards = {**_bumpers(robot), **_cliffs(robot)}
         self._merger = ScanMerger(tuple(lidars.values())) if len(lidars) > 1 else None
         self._odometry = Latest(odometry_picker().pick, odometry_of)
+        self._joints = (
+            Latest(decoder_of("sensor_msgs/msg/JointState").decode, joints_of)
+            if robot.moved_joints
+            else None
+        )
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._newest_read: bytes | None = None
         """The newest of the transforms that have been looked through."""
@@ -246,6 +255,8 @@ class SensorSubscriptions:
             self._listen(LaserScan, name, scan.take, NEWEST, largest=LARGEST_SCAN)
         for topic, hazard in self._hazards.items():
             listen(hazard.type, topic, hazard.latest.take, hazard.qos)
+        if self._joints is not None:
+            listen(JointState, wiring.joints, self._joints.take, NEWEST)
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
         listen(TFMessage, wiring.tf, self._frames.moving.append, TRANSFORMS)
         if listen_to_map:
@@ -296,6 +307,7 @@ class SensorSubscriptions:
             image=self.camera.value(),
             frame_on_map=self._frames.on_map if on_map else None,
             hazards=self._present_hazards() if self._hazards else (),
+            joints=None if self._joints is None else self._joints.value(),
         )
 
     def _present_hazards(self) -> tuple[Hazard, ...]:

@@ -35,5 +35,6 @@ def served(declared_action: Action, context: ServerContext) -> ServedAction:
         type=generated_type(declared_action.type),
         plan=partial(declared_action.planned, context=context),
         needs_map="map" in declared_action.needs,
+        part=declared_action.part,
         during=declared_action.during,
     )

@@ -11,7 +11,7 @@ from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
-from action_servers.core.action import Action, ServerContext
+from action_servers.core.action import Action, ServerContext, lacks_part
 from action_servers.core.checks import missing
 from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.governor import Governor
@@ -21,6 +21,7 @@ from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
+from action_servers.robot_io.joints import JointCommander
 from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import action, served
@@ -119,13 +120,15 @@ class ServersNode(RobotNode):
             image_folder=options.image_folder,
             turn_velocity=self.get_parameter(DEFAULT_TURN_VELOCITY).value,
             publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
+            joints=JointCommander(self, robot),
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
         self._extra = {extra_action.name: extra_action for extra_action in options.extra_actions}
         # On a stage, requests pass by the taps of tests one by one.
         self._burst = 1 if options.lean else BURST
         names = dict.fromkeys((*declared(), *self._extra))
-        mine = [name for name in names if name not in options.without]
+        absent = {name for name, each in declared().items() if lacks_part(each.known, robot)}
+        mine = [name for name in names if name not in options.without and name not in absent]
         first = set(names) if options.at_first is None else set(options.at_first)
         self._adapters = [self._offered(name) for name in mine if name in first]
         self._not_yet = [name for name in mine if name not in first]
@@ -245,8 +248,8 @@ class ServersNode(RobotNode):
             return None
         return PublisherWatch(self, odometry, self._lose_base)
 
-    def _refusal(self, maneuver: Maneuver) -> str | None:
-        reason = self._interlock.refusal(needs_base=maneuver.needs_base)
+    def _refusal(self, maneuver: Maneuver, part: str) -> str | None:
+        reason = self._interlock.refusal(needs_base=maneuver.needs_base, part=part)
         if reason is None and maneuver.needs_base and self._publisher_watch is not None:
             reason = self._publisher_watch.look()
         return reason

@@ -16,7 +16,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera"]
+Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera", "arm", "gripper"]
+PARTS: tuple[Need, ...] = ("arm", "gripper")
+"""Needs that one goal at a time moves, and that not every robot has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +48,11 @@ class ActionName:
     def moves_base(self) -> bool:
         """Whether it drives."""
         return "base" in self.needs
+
+    @property
+    def part(self) -> str:
+        """The part that it moves besides the base; empty for none."""
+        return next((need for need in self.needs if need in PARTS), "")
 
     @property
     def needs_camera(self) -> bool:
@@ -89,8 +96,15 @@ def declared() -> Mapping[str, DeclaredAction]:
 
 def moves_base(action: str) -> bool:
     """Return whether an action drives the base, by its ROS name in any namespace."""
-    known = declared().get(action.rpartition("/")[2])
+    known = declared_as(action)
     return known is not None and known.known.moves_base
+
+
+def declared_as(action: str) -> DeclaredAction | None:
+    """Return the declaration of an action by its ROS name in any namespace, or None."""
+    parts = action.split("/")
+    names = ("/".join(parts[-count:]) for count in (1, 2))
+    return next((declared()[name] for name in names if name in declared()), None)
 
 
 def _literals(call: str) -> dict[str, Any]:

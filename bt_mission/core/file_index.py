@@ -91,8 +91,9 @@ def find_listed(kind: Kind, name: str) -> ListedFile:
 def files_of(path: Path) -> list[Path]:
     """List a file and those that it names by their paths from its folder, and so on.
 
-    They are included trees, the missions, world and robots of a scenario or fleet, and Python
-    leaves. A file that is named without a path is not listed: it is looked up by its name.
+    They are included trees, the missions, world and robots of a scenario or fleet, Python leaves,
+    and the MuJoCo model of a robot with its meshes and textures. A file that is named without a
+    path is not listed: it is looked up by its name.
 
     Raises:
         InputError: A file is not YAML.
@@ -101,9 +102,9 @@ def files_of(path: Path) -> list[Path]:
     waiting = [path]
     while waiting:
         file = waiting.pop()
-        if file.suffix not in SUFFIXES:
+        if file.suffix not in (*SUFFIXES, ".xml"):
             continue
-        for name in _named_files(read(file).data):
+        for name in _model_files(file) if file.suffix == ".xml" else _named_files(read(file).data):
             beside = file.parent / name
             if is_file(beside) and beside.resolve() not in files:
                 files[beside.resolve()] = beside
@@ -162,8 +163,23 @@ def first_sentence(text: str) -> str:
     return text[: end.start() + 1] if end else text
 
 
+_MODEL_FILE = re.compile(r"""\bfile\w*\s*=\s*["']([^"'<>]+)["']""")
+_MODEL_FOLDER = re.compile(r"""\b(?:mesh|texture|asset)dir\s*=\s*["']([^"'<>]+)["']""")
+
+
+def _model_files(path: Path) -> Iterator[str]:
+    """Yield the files that a MuJoCo model may name: included ones, meshes and textures."""
+    text = text_to_look_at(path)
+    folders = ["", *_MODEL_FOLDER.findall(text)]
+    for name in _MODEL_FILE.findall(text):
+        yield from (str(Path(folder) / name) for folder in folders)
+
+
 def _named_files(data: Any) -> Iterator[str]:
     """Yield the values of a file that may name others; a fleet has them for each robot."""
+    model = data.get("model") if isinstance(data, dict) else None
+    if isinstance(model, dict) and isinstance(model.get("file"), str):
+        yield model["file"]
     waiting = [data]
     while waiting:
         part = waiting.pop()

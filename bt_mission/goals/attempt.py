@@ -332,7 +332,7 @@ class Attempt:
 def _say_error(result: Any) -> str:
     """The server's own code and message, where its result has Nav2's fields for them."""
     code = getattr(result, "error_code", None)
-    message = getattr(result, "error_msg", "")
+    message = getattr(result, "error_msg", "") or getattr(result, "error_string", "")
     if not code and not message:
         return ""
     if not code:

@@ -14,7 +14,7 @@ from bt_mission.core.yaml.document import read
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.requirements.written import RequirementsFile
 from bt_mission.language.schema import DIALECT
-from bt_mission.sessions.stage_checks import rate_problems, start_problem
+from bt_mission.sessions.stage_checks import model_problems, rate_problems, start_problem
 from sim.world.loader import load_world, unseen
 from sim.world.world import Spawn, World
 
@@ -61,12 +61,16 @@ def check_robot(path: Path, _robot: str | None = None, world: str | None = None)
     document = read(path)
     robot = load_robot(document)
     wrong = [document.diagnostic("BT-804", key, message) for key, message in rate_problems(robot)]
-    problem = start_problem(load_world(world or DEFAULT_WORLD), robot, Spawn())
+    unusable = [document.diagnostic("BT-813", *problem) for problem in model_problems(robot)]
+    wrong += unusable
+    nowhere = load_world(world or DEFAULT_WORLD)
+    problem = None if unusable else start_problem(nowhere, robot, Spawn())
     if problem is not None:
         wrong.append(document.diagnostic("BT-803", (), problem))
     if wrong:
         raise InputError(wrong)
-    sensors = ["lidar", "imu", *(["camera"] if robot.camera else [])]
+    optional = ("camera", "arm", "gripper")
+    sensors = ["lidar", "imu", *(name for name in optional if getattr(robot, name) is not None)]
     return CheckedFile(str(path), robot.name, ", ".join(sensors)), ()
 
 

@@ -13,7 +13,7 @@ from action_servers.core.action import Action
 from action_servers.core.limits import Limit, NumberLimit
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.server.actions import action
-from bt_mission.core.actions import declared
+from bt_mission.core.actions import declared_as
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.stamps import NS
@@ -135,11 +135,12 @@ class ServerGoalRules:
 
     def _rules(self, node: InterfaceNode) -> Action | None:
         """Return the declaration for the goals of a node, if its action has one."""
-        name = node.ros_name.rpartition("/")[2]
+        declaration = declared_as(node.ros_name)
+        name = node.ros_name.rpartition("/")[2] if declaration is None else declaration.known.name
         offered = self._settings.offered
         if offered is not None and name not in offered:
             return None
-        known = declared()[name].known if name in declared() else _OF_PACKAGES.get(name)
+        known = _OF_PACKAGES.get(name) if declaration is None else declaration.known
         if known is None or known.type != node.type:
             return None
         return known if isinstance(known, Action) else action(name)

@@ -36,6 +36,15 @@ def start_problem(world: World, robot: RobotModel, spawn: Spawn | None = None) -
     return None
 
 
+def model_problems(robot: RobotModel) -> list[tuple[tuple[str, ...], str]]:
+    """Return what is wrong with the MuJoCo model of a robot's own, with keys of the robot."""
+    if robot.model is None:
+        return []
+    from sim.physics.mjcf import problems  # noqa: PLC0415 - MuJoCo takes long
+
+    return problems(robot)
+
+
 def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the rates of sensors that do not fit the steps of the physics, with their keys."""
     from sim.ros.schedule import RateError, period_of  # noqa: PLC0415 - MuJoCo takes long
@@ -57,7 +66,10 @@ def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
         return  # reported elsewhere
     for _, message in rate_problems(robot):
         yield document.diagnostic("BT-804", ("robot",), f"robot {robot.name}: {message}")
-    problem = None if world is None else start_problem(world, robot)
+    unusable = model_problems(robot)
+    for _, message in unusable:
+        yield document.diagnostic("BT-813", ("robot",), f"robot {robot.name}: {message}")
+    problem = None if world is None or unusable else start_problem(world, robot)
     if problem is not None:
         yield document.diagnostic("BT-803", ("world",), problem)
     yield from _missing_topics(mission, robot)

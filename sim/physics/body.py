@@ -19,6 +19,7 @@ import numpy as np
 from bt_mission.core.robot.body import BoxBody, CylinderBody
 from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import CameraModel, RobotModel
+from sim.physics.mjcf import add_model
 from sim.physics.names import (
     ACCELEROMETER,
     BASE,
@@ -26,6 +27,7 @@ from sim.physics.names import (
     FLOOR_BIT,
     GRIP,
     LOOKS,
+    LOOSE_BIT,
     OBSTACLE_BIT,
     PUSH,
     ROBOT,
@@ -77,10 +79,25 @@ def add_robot(
 ) -> mujoco.MjsBody:
     """Add one, its motors in a separate actuator group. Return its base."""
     robot, prefix = entrant.robot, entrant.prefix
+    if robot.model is None:
+        base = _add_built(spec, robot, prefix, group=group, contype=contype)
+        _add_looks(base, robot)
+    else:
+        base = add_model(spec, robot, prefix, group=group, contype=contype)
+    base.pos = [spawn.x, spawn.y, robot.base_height]
+    base.quat = yaw_quaternion(math.radians(spawn.yaw))
+    _add_sensors(spec, base, robot, prefix)
+    if robot.camera is not None:
+        _add_camera(spec, base, robot.camera, prefix)
+    return base
+
+
+def _add_built(
+    spec: mujoco.MjSpec, robot: RobotModel, prefix: str, *, group: int, contype: int
+) -> mujoco.MjsBody:
+    """Build a robot of the figures of its file."""
     base = spec.worldbody.add_body(
         name=prefix + BASE,
-        pos=[spawn.x, spawn.y, robot.base_height],
-        quat=yaw_quaternion(math.radians(spawn.yaw)),
         mass=robot.base_mass,
         inertia=robot.base_inertia,
         ipos=robot.base_centre_of_mass,
@@ -91,7 +108,7 @@ def add_robot(
         name=f"{prefix}hull",
         **_shape_of(spec, robot, prefix),
         contype=contype,
-        conaffinity=FLOOR_BIT | OBSTACLE_BIT | contype,
+        conaffinity=FLOOR_BIT | OBSTACLE_BIT | LOOSE_BIT | contype,
         friction=SLIDE,
         group=ROBOT,
     )
@@ -104,10 +121,6 @@ def add_robot(
             motor.group = group
     else:
         _add_planar_drive(spec, base, robot, prefix, group)
-    _add_sensors(spec, base, robot, prefix)
-    if robot.camera is not None:
-        _add_camera(spec, base, robot.camera, prefix)
-    _add_looks(base, robot)
     return base
 
 
@@ -219,7 +232,7 @@ def _add_wheel(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
         size=[radius, width / 2, radius],
         contype=contype,
-        conaffinity=FLOOR_BIT | OBSTACLE_BIT | contype,
+        conaffinity=FLOOR_BIT | OBSTACLE_BIT | LOOSE_BIT | contype,
         friction=GRIP,
         group=ROBOT,
         solref=SOLREF,

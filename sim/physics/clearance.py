@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from sim.physics.names import BASE, FLOOR, NOWHERE, OBSTACLE_BIT, PROP_PREFIX
+from sim.physics.names import BASE, FLOOR, LOOSE_BIT, NOWHERE, OBSTACLE_BIT, PROP_PREFIX, WHEELS
 
 Point = tuple[float, float, float]
 
@@ -252,7 +252,7 @@ def robot_gauge(model: mujoco.MjModel, names: Sequence[str], prefix: str = "") -
     """Return the gauge from one robot to everything that it could touch, other robots too."""
     own = touching(model, prefix)
     root = model.body_rootid[model.geom_bodyid]
-    meets = model.geom_conaffinity[own].max()
+    meets = model.geom_conaffinity[own].max() & ~LOOSE_BIT
     others = [
         geom
         for geom in range(model.ngeom)
@@ -264,12 +264,16 @@ def robot_gauge(model: mujoco.MjModel, names: Sequence[str], prefix: str = "") -
 
 
 def touching(model: mujoco.MjModel, prefix: str = "") -> list[int]:
-    """Return the geoms of a robot that touch obstacles: its hull, then its wheels."""
+    """Return the geoms of a robot that touch obstacles: its hull, then its wheels.
+
+    An arm is no part of the rigid body from which clearance is measured.
+    """
     base = model.body(prefix + BASE).id
+    wheels = {prefix + name for name in WHEELS}
     return [
         geom
         for geom in range(model.ngeom)
-        if model.body_rootid[model.geom_bodyid[geom]] == base
+        if (model.geom_bodyid[geom] == base or model.geom(geom).name in wheels)
         and model.geom_conaffinity[geom] & OBSTACLE_BIT
     ]
 

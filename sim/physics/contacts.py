@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from sim.physics.names import BASE, FLOOR, OBSTACLE_PREFIX
+from sim.physics.names import BASE, FLOOR, LOOSE_BIT, OBSTACLE_PREFIX
 
 RELEASE_NS = 250_000_000
 """A contact that ends for this long, ns, is over; an earlier touch belongs to the same collision.
@@ -44,7 +44,11 @@ class Contacts:
         root = model.body_rootid[model.geom_bodyid]
         self._is_robot = root == robot
         self._is_other_robot = _robot_geoms(model) & ~self._is_robot
-        self._is_obstacle = (root != robot) & (np.arange(model.ngeom) != model.geom(FLOOR).id)
+        self._is_obstacle = (
+            (root != robot)
+            & (np.arange(model.ngeom) != model.geom(FLOOR).id)
+            & (model.geom_contype != LOOSE_BIT)  # a robot may push and grip these
+        )
         self._last_touch_ns: dict[str, int] = {}
         self._force = np.empty(6)
 

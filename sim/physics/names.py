@@ -12,6 +12,9 @@ OBSTACLE_PREFIX = "obstacle/"
 MOVER_PREFIX = "mover/"
 PROPS = "props"
 PROP_PREFIX = "prop/"
+LOOSE_PREFIX = "object/"
+MODEL_PREFIX = "model/"
+"""Of the names in a robot's own model."""
 WHEELS = ("wheel_left", "wheel_right")
 SERVOS = ("servo_ahead", "servo_left", "servo_turn")
 FLOOR_CONTACTS = "floor contacts"
@@ -25,7 +28,11 @@ SOLID, MARKS, LOOKS, ROBOT, SCREENS, NOWHERE = 0, 1, 2, 3, 4, 5
 # Bits of contype and conaffinity: the robot touches floor and obstacles; these do not touch each
 # other. Several robots touch each other, too. Nothing touches a screen, but a geom without any bit
 # is left out of its body's bounds, and rays that pass beside these miss it.
-FLOOR_BIT, OBSTACLE_BIT, ROBOT_BIT, SCREEN_BIT = 1, 2, 4, 8
+# Loose objects touch everything solid.
+FLOOR_BIT, OBSTACLE_BIT, ROBOT_BIT, SCREEN_BIT, LOOSE_BIT = 1, 2, 4, 8, 16
+
+JOINT_GROUP = 30
+"""The actuators of arms and grippers: power of the motors of wheels does not act on them."""
 
 # Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95): a wheel rolls on the radius that remains where
 # it sinks in, and odometry is wrong by that amount.

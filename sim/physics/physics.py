@@ -18,6 +18,7 @@ from sim.physics.body import add_robot, add_screen
 from sim.physics.history import SimulationState
 from sim.physics.names import (
     FLOOR_CONTACTS,
+    LOOSE_PREFIX,
     MOVER_PREFIX,
     OBSTACLE_PREFIX,
     PROP_PREFIX,
@@ -54,6 +55,8 @@ def compile_model(world: World, entrants: Sequence[RobotSpawn], props: int = 0) 
 
     A model that this process has compiled before is copied, in a sixth of the time.
     """
+    if any(entrant.robot.model is not None for entrant in entrants):
+        return _compile(world, entrants, props)  # its files may have changed
     written = repr((world, tuple(entrants), props))  # distinguishes 0.0 from -0.0, unlike equality
     model = _compiled.get(written)
     if model is None:
@@ -225,6 +228,15 @@ class Physics:
         self._epoch_ns = self.time_ns
         self._restart()
         return removed
+
+    @property
+    def objects(self) -> dict[str, tuple[float, float, float]]:
+        """The places of loose objects in the map, m: of their middles, by their names."""
+        places = {}
+        for loose in self.world.objects:
+            x, y, z = self.data.body(LOOSE_PREFIX + loose.name).xpos.tolist()
+            places[loose.name] = (x, y, z)
+        return places
 
     @property
     def running_s(self) -> float:

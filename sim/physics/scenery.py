@@ -10,6 +10,8 @@ from sim.physics.names import (
     FLOOR,
     FLOOR_BIT,
     FLOOR_CONTACTS,
+    LOOSE_BIT,
+    LOOSE_PREFIX,
     MARKS,
     MOVER_PREFIX,
     OBSTACLE_BIT,
@@ -22,7 +24,7 @@ from sim.physics.names import (
 )
 from sim.world.colours import rgba
 from sim.world.shapes import Obstacle
-from sim.world.world import SlipperyPatch, World, Zone
+from sim.world.world import LooseBox, SlipperyPatch, World, Zone
 
 TON = 1000.0
 """kg, and kg m^2."""
@@ -33,6 +35,8 @@ def add_world(spec: mujoco.MjSpec, world: World) -> None:
     _add_sky_and_light(spec)
     _add_floor(spec, world.size, grip=0.0 if world.slippery else 1.0)
     _add_obstacles(spec, world.obstacles)
+    for loose in world.objects:
+        _add_loose(spec, loose)
     marks: tuple[Zone | SlipperyPatch, ...] = (*world.slippery, *world.zones)
     for mark in marks:
         _add_mark(spec, mark)
@@ -127,6 +131,29 @@ def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None
             friction=SLIDE,
             group=SOLID,
         )
+
+
+def _add_loose(spec: mujoco.MjSpec, loose: LooseBox) -> None:
+    """Add a box that robots can push and grip; its contacts do not let it slide in a gripper."""
+    x, y, z = loose.size
+    body = spec.worldbody.add_body(
+        name=LOOSE_PREFIX + loose.name,
+        pos=[loose.x, loose.y, loose.z + z / 2],
+        quat=yaw_quaternion(math.radians(loose.yaw)),
+    )
+    body.add_freejoint(name=LOOSE_PREFIX + loose.name)
+    body.add_geom(
+        name=LOOSE_PREFIX + loose.name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[x / 2, y / 2, z / 2],
+        mass=loose.mass,
+        rgba=rgba(loose.colour),
+        contype=LOOSE_BIT,
+        conaffinity=FLOOR_BIT | OBSTACLE_BIT | LOOSE_BIT,
+        condim=4,
+        friction=[loose.friction, 0.01, 0.0001],
+        group=SOLID,
+    )
 
 
 def add_sliding_body(parent: mujoco.MjsBody, name: str, at: tuple[float, ...]) -> mujoco.MjsBody:

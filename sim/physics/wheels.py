@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from sim.faults import WheelFaults
-from sim.physics.names import BASE, GEAR_FRICTION, GRIP, WHEELS
+from sim.physics.names import GEAR_FRICTION, GRIP, WHEELS
 from sim.world.world import World
 
 BLOCKED_FRICTION = 5.0
@@ -59,9 +59,11 @@ class Wheels:
     """The friction of both wheels of one robot, in their bearings and on the floor."""
 
     def __init__(self, model: mujoco.MjModel, grip: Grip, prefix: str) -> None:
-        first = int(model.joint(prefix + BASE).dofadr[0]) + 6
-        self._friction = model.dof_frictionloss[first : first + 2]
-        self._impedance = model.dof_solimp[first : first + 2, :2]
+        left, right = (int(model.joint(prefix + name).dofadr[0]) for name in WHEELS)
+        stop = right + (1 if right > left else -1)
+        both = slice(left, None if stop < 0 else stop, right - left)
+        self._friction = model.dof_frictionloss[both]
+        self._impedance = model.dof_solimp[both, :2]
         self._usual = self._impedance.copy()
         self._grip = grip
         self._geoms = [model.geom(prefix + name).id for name in WHEELS]

@@ -34,20 +34,21 @@ Twist: TypeAlias = tuple[float, float, float]
 class DifferentialBase:
     """Two wheels in the physics, turned by velocity servos."""
 
-    velocities = 8
-    """Of the base and its joints, in the physics."""
-
     def __init__(self, physics: Physics, robot: RobotModel, seed: int, prefix: str) -> None:
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
         self.robot = robot
+        tree = model.dof_treeid[joint.dofadr[0]]
+        self.velocities = int((model.dof_treeid == tree).sum())
+        """The number of those of the base and of all its joints, in the physics."""
         self.joints = tuple(f"{name}_joint" for name in robot.drive.names)
         """The names of its joints in `joint_states`."""
-        self._angles = data.qpos[joint.qposadr[0] + 7 : joint.qposadr[0] + 9]
-        self._speeds = data.qvel[joint.dofadr[0] + 6 : joint.dofadr[0] + 8]
+        turning = [model.joint(prefix + name) for name in WHEELS]
+        self._angles = data.qpos[_pair(*(int(wheel.qposadr[0]) for wheel in turning))]
+        self._speeds = data.qvel[_pair(*(int(wheel.dofadr[0]) for wheel in turning))]
         self._wheels = Wheels(model, physics.grip, prefix)
         motor = model.actuator(prefix + WHEELS[0]).id
-        self._ctrl = data.ctrl[motor : motor + 2]
+        self._ctrl = data.ctrl[_pair(motor, model.actuator(prefix + WHEELS[1]).id)]
         self._options = model.opt
         self._motor_bit = 1 << int(model.actuator_group[motor])
         self._encoders = Encoders(robot.sensors.odometry.slip, seed, prefix)
@@ -274,6 +275,12 @@ class PlanarBase:
     def reset_odometry(self) -> None:
         """Reckon from here on."""
         self.odometry = PlanarOdometry(self.robot, self._rows)
+
+
+def _pair(left: int, right: int) -> slice:
+    """Return what selects two numbers of an array, as a view on it."""
+    stop = right + (1 if right > left else -1)
+    return slice(left, None if stop < 0 else stop, right - left)
 
 
 def wheel_rows(robot: RobotModel) -> npt.NDArray[np.float64]:

@@ -20,7 +20,8 @@ from sim.physics.physics import Physics
 from sim.physics.pushes import Frame, Pushes
 from sim.physics.spawn import RobotSpawn
 from sim.robot import fit
-from sim.robot.base import base_of
+from sim.robot.base import Before, base_of
+from sim.robot.joints import JointServos
 from sim.robot.localization import Localization, LocalizationError
 from sim.sensors.battery import Battery, BatterySensor
 from sim.sensors.kinds import SENSORS, sensors_of
@@ -63,6 +64,8 @@ class SimulatedRobot:
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
         self._base = base_of(physics, self.robot, seed, prefix)
+        self.servos = JointServos(physics, self.robot, prefix) if self.robot.moved_joints else None
+        """Of arm and gripper, if there are any."""
         self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + self._base.velocities + 1]
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + self._base.velocities]
         self._pushes = Pushes(model, data, prefix)
@@ -103,6 +106,8 @@ class SimulatedRobot:
         for sensor in self.sensors:
             sensor.restart()
         self._base.restart()
+        if self.servos is not None:
+            self.servos.restart()
         self._milestone = self.pose[:2]
         self._rest_z = float(self._qpos[2])
         self._base.new_controller(self.command_timeout_factor)
@@ -204,7 +209,7 @@ class SimulatedRobot:
         def push(now_ns: int) -> None:
             pushes.apply(now_ns, self.pose[2])
 
-        before = self._base.before(pushes.acting, push)
+        before = self._before(self._base.before(pushes.acting, push))
 
         def after() -> None:
             nonlocal x, y
@@ -214,6 +219,18 @@ class SimulatedRobot:
                 x, y = self._milestone = x + dx, y + dy
 
         return before, after
+
+    def _before(self, base: Before) -> Before:
+        """Return what is called before each step: servos of joints, if any, and the base."""
+        servos = self.servos
+        if servos is None:
+            return base
+
+        def before(now_ns: int) -> None:
+            servos.step()
+            base(now_ns)
+
+        return before
 
     def look_for_collisions(self, now_ns: int) -> None:
         """Count what begins to be touched by now."""
@@ -333,13 +350,27 @@ class SimulatedRobot:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The names of the joints of wheels, and of steering."""
-        return self._base.joints
+        """The names of all joints: of wheels, of steering, of arm and gripper."""
+        return self._base.joints + (() if self.servos is None else self.servos.names)
 
     @property
     def wheels(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Angles (rad, since the start) and speeds (rad/s) of the joints."""
         return self._base.wheels
+
+    @property
+    def joint_numbers(self) -> tuple[float, ...]:
+        """Angles and speeds of `joints`, and with an arm or a gripper the forces of all."""
+        angles, speeds = self._base.wheels
+        if self.servos is None:
+            return (*angles, *speeds)
+        own = self.servos.readings
+        without_force = (0.0,) * len(angles)
+        return (
+            *(*angles, *own["position"]),
+            *(*speeds, *own["velocity"]),
+            *(*without_force, *own["effort"]),
+        )
 
     @property
     def odometry(self) -> Odometry | PlanarOdometry:

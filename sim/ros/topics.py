@@ -114,6 +114,10 @@ class RobotPublishers:
             COMMANDS,
             raw=True,
         )
+        if robot.servos is not None:
+            node.create_subscription(
+                JointState, self._name("joint_commands"), self._on_joint_command, RELIABLE
+            )
         name = self._name("reset_odometry")
         node.create_service(Trigger, name, self._on_reset_odometry, qos_profile=REQUESTS)
 
@@ -153,6 +157,15 @@ class RobotPublishers:
         if age_s >= limit_s and (linear or angular or lateral):
             why = f"{age_s:.2f} s old, more than the command timeout of {limit_s:g} s"
             log_of(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
+
+    def _on_joint_command(self, command: Any) -> None:
+        assert self._robot.servos is not None
+        try:
+            self._robot.servos.command(command.name, command.position, command.effort)
+        except ValueError as error:
+            log_of(self._node).warning(
+                f"joint_commands refused: {error}", throttle_duration_sec=5.0
+            )
 
     def _on_motor_power(self, request: Any, response: Any) -> Any:
         response.success = self._robot.power_motors(on=request.data)
@@ -211,7 +224,14 @@ class RobotPublishers:
         moving = self._packed(
             TFMessage(transforms=sent), *((frame, PLANAR_TRANSFORM) for frame in sent)
         )
-        wheels = self._packed(turned, (turned, ("position", "velocity")), unused=4)  # no effort
+        if robot.servos is not None:
+            turned.effort = still
+        with_effort = ("position", "velocity", "effort")
+        wheels = (
+            self._packed(turned, (turned, with_effort[:2]), unused=4)
+            if robot.servos is None
+            else self._packed(turned, (turned, with_effort))
+        )
         slides = robot.robot.drive.slide_velocity > 0
         sliding = (*PLANAR_MOTION[:-1], "twist.twist.linear.y", PLANAR_MOTION[-1])
         odometry = self._packed(reckoned, (reckoned, sliding if slides else PLANAR_MOTION))
@@ -227,8 +247,7 @@ class RobotPublishers:
             here = (reading.x, reading.y, reading.yaw)
             faults = robot.faults.now
             if wheels_out.get_subscription_count() and not faults["joints"].dead:
-                angles, speeds = robot.wheels
-                wheels_out.publish(wheels.packed(*angles, *speeds))
+                wheels_out.publish(wheels.packed(*robot.joint_numbers))
             if odometry_out.get_subscription_count() and not faults["odometry"].dead:
                 motion: tuple[float, ...] = reading.linear, reading.angular
                 if slides:

@@ -15,7 +15,15 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from sim.physics.names import BASE, LOOKS, MOVER_PREFIX, NOWHERE, PROP_PREFIX, SOLID
+from sim.physics.names import (
+    BASE,
+    LOOKS,
+    LOOSE_PREFIX,
+    MOVER_PREFIX,
+    NOWHERE,
+    PROP_PREFIX,
+    SOLID,
+)
 from sim.sensors.canvas import Canvas, Image
 from sim.world.world import World
 
@@ -80,7 +88,7 @@ class Overview:
             (body, _geoms_below(model, body))
             for body in range(model.nbody)
             if model.body(body).name.endswith(BASE)
-            or model.body(body).name.startswith((MOVER_PREFIX, PROP_PREFIX))
+            or model.body(body).name.startswith((MOVER_PREFIX, PROP_PREFIX, LOOSE_PREFIX))
         ]
         _shade_tops(model)
         model.vis.quality.offsamples = _SMOOTH
@@ -190,9 +198,10 @@ def _shade_tops(model: mujoco.MjModel) -> None:
 
 
 def _geoms_below(model: mujoco.MjModel, body: int) -> npt.NDArray[np.intp]:
-    """Return the geoms of a body and of those that hang on it (wheels)."""
-    of_ours = (model.geom_bodyid == body) | (model.body_parentid[model.geom_bodyid] == body)
-    return np.flatnonzero(of_ours)
+    """Return the geoms of a body and of those that hang on it (wheels, arms)."""
+    bodies = model.geom_bodyid
+    of_ours = (bodies == body) | (model.body_parentid[bodies] == body)
+    return np.flatnonzero(of_ours | (model.body_rootid[bodies] == body))
 
 
 def _differ(picture: Image, other: npt.NDArray[np.int16]) -> Mask:

@@ -5,7 +5,7 @@ Nothing here depends on the robot: whether one fits at the spawn is checked when
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 from sim.world.shapes import Obstacle
-from sim.world.world import World
+from sim.world.world import FloorMark, World
 
 
 def load_world(name_or_path: str | Path | Document, near: str | Path | None = None) -> World:
@@ -86,13 +86,17 @@ def _names(world: World) -> Iterator[WorldProblem]:
                 "give every obstacle a different name; collisions are reported by it",
             )
         seen.setdefault(name, f"item {index + 1} of {section}")
-    zones: set[str] = set()
-    for index, zone in enumerate(world.zones):
-        if zone.name in zones:
-            yield WorldProblem(
-                "BT-208", ("zones", index, "name"), f"there are two zones named '{zone.name}'"
-            )
-        zones.add(zone.name)
+    sections: dict[str, Sequence[FloorMark]] = {"zones": world.zones, "objects": world.objects}
+    for section, marks in sections.items():
+        names: set[str] = set()
+        for index, mark in enumerate(marks):
+            if mark.name in names:
+                yield WorldProblem(
+                    "BT-208",
+                    (section, index, "name"),
+                    f"there are two {section} named '{mark.name}'",
+                )
+            names.add(mark.name)
 
 
 def _places(world: World) -> Iterator[WorldProblem]:
@@ -109,10 +113,15 @@ def _places(world: World) -> Iterator[WorldProblem]:
                 where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
                 yield WorldProblem("BT-801", (*placed.path, "motion"), where)
                 break
-    for index, patch in enumerate(world.slippery):
-        if not _on_floor(world, patch.x, patch.y):
-            where = f"'{patch.name}' lies {_beside(world, patch.x, patch.y)}"
-            yield WorldProblem("BT-801", ("slippery", index), where)
+    lying: dict[str, Sequence[FloorMark]] = {"slippery": world.slippery, "objects": world.objects}
+    for section, index, mark in (
+        (section, index, mark)
+        for section, marks in lying.items()
+        for index, mark in enumerate(marks)
+    ):
+        if not _on_floor(world, mark.x, mark.y):
+            where = f"'{mark.name}' lies {_beside(world, mark.x, mark.y)}"
+            yield WorldProblem("BT-801", (section, index), where)
     for index, zone in enumerate(world.zones):
         path = ("zones", index)
         if not _on_floor(world, zone.x, zone.y):

@@ -212,6 +212,20 @@ class SlipperyPatch(FloorMark):
     colour: Colour = "white"
 
 
+class LooseBox(FloorMark):
+    """A box that robots can push and grip: edges, kg, height of its lower side, friction.
+
+    It is not on the map, and touching it is no collision.
+    """
+
+    size: tuple[Extent, Extent, Extent]
+    mass: Annotated[float, Field(ge=1e-3, le=100, allow_inf_nan=False)]
+    z: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)] = 0.0
+    yaw: Degrees = 0.0
+    friction: Annotated[float, Field(ge=0, le=2, allow_inf_nan=False)] = 1.0
+    colour: Colour = "red"
+
+
 class Spawn(WorldPart):
     """The start of `base_footprint`; `yaw` counter-clockwise from x."""
 
@@ -233,6 +247,7 @@ class World(WorldPart):
     cylinders: Annotated[tuple[Cylinder, ...], Field(max_length=2000)] = ()
     zones: Annotated[tuple[Zone, ...], Field(max_length=200)] = ()
     slippery: Annotated[tuple[SlipperyPatch, ...], Field(max_length=200)] = ()
+    objects: Annotated[tuple[LooseBox, ...], Field(max_length=50)] = ()
 
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:

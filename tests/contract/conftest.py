@@ -21,8 +21,13 @@ ROBOTS = sorted(names("robots"), key=lambda name: (name != "waffle", name))
 
 @pytest.fixture(params=sample(ROBOTS, every=len(ROBOTS)))
 def robot(request):
-    """Every shipped robot; one without a camera has that of the Waffle, which actions need."""
-    model = load_robot(request.param)
+    """Every shipped robot; one without a camera has that of the Waffle, which actions need.
+
+    Actions of arm and gripper are those of the robot that has them.
+    """
+    name = request.node.callspec.params.get("name", "")
+    is_of_arm = name in SERVED and SERVED[name].action.part
+    model = load_robot("waffle_arm" if is_of_arm else request.param)
     return (
         model if model.camera else model.model_copy(update={"camera": load_robot("waffle").camera})
     )

@@ -23,7 +23,7 @@ def test_cancel_ends_the_goal_within_the_instant(bench, name):
         bytes(sent.id.uuid)
     ]
     assert sent.status == "canceled"
-    assert (sent.result.error_code, sent.result.error_msg) == (0, "")
+    assert (sent.code, sent.text) in ((0, ""), (None, None))
     if SERVED[name].drives:
         assert bench.before_the_last_end == ZERO
     bench.steps(10)

@@ -9,7 +9,7 @@ import pytest
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO
 from bt_mission.core.goal_rate import MOST_GOALS
-from tests.support.served import BESIDE, DRIVING, SERVED, goal
+from tests.support.served import BESIDE, DRIVING, OF_PARTS, SERVED, goal
 
 PAIRS = [
     (old, new)
@@ -64,6 +64,31 @@ def test_what_does_not_drive_runs_beside_what_does(bench, beside):
     assert len(bench.commands) >= 19
 
 
+@pytest.mark.parametrize("name", OF_PARTS)
+@pytest.mark.parametrize("rule", ["replace", "refuse"])
+def test_one_goal_at_a_time_moves_a_part(make_bench, name, rule):
+    """A new one replaces it or is refused, the joints stop at a cancel, and the base may drive."""
+    bench = make_bench(on_new_goal=rule)
+    bench.steps(2)
+    drive, old = bench.send("turn"), bench.send(name)
+    bench.steps(10)
+    new = bench.send(name, client=1)
+    bench.steps(5)
+    statuses = {"replace": ("aborted", True), "refuse": (None, False)}
+    assert (old.status, new.accepted) == statuses[rule]
+    assert drive.status is None
+    bench.cancel(name)
+    bench.steps(2)
+    last = bench.robot.joint_commands[-1]
+    where = dict(bench.robot.joints)
+    assert dict(zip(last.name, last.position, strict=True)).items() <= where.items()
+    bench.steps(10)
+    assert bench.robot.joints == where
+    following = bench.send(name)
+    bench.steps(2)
+    assert following.accepted is True
+
+
 def test_goals_that_do_not_drive_are_limited_in_number(make_bench, beside):
     """Each keeps memory; the one too many is refused, and a place that is left is given away."""
     bench = make_bench(side_goals=3)
@@ -91,8 +116,8 @@ def test_goals_in_a_burst_end_each_exactly_once(bench, name):
     messages = [goal for goal in sent if goal.accepted is not None]
     refused = [message for message in messages if not message.accepted]
     running = [message for message in messages if message.accepted and message.status is None]
-    most = 1 if SERVED[name].drives else 8
-    accepted = min(count, MOST_GOALS) if SERVED[name].drives else most
+    most = 1 if SERVED[name].is_alone else 8
+    accepted = min(count, MOST_GOALS) if SERVED[name].is_alone else most
     assert len(messages) == count
     assert len(running) == most
     assert len(refused) == count - accepted

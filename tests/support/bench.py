@@ -39,6 +39,17 @@ class Sent:
         self.status: str | None = None
         self.result: Any = None
 
+    @property
+    def code(self) -> int | None:
+        """The error code of the result; None for a type without one."""
+        return getattr(self.result, "error_code", None)
+
+    @property
+    def text(self) -> str | None:
+        """The text beside it."""
+        string = getattr(self.result, "error_string", None)
+        return getattr(self.result, "error_msg", string)
+
     def answered(self, future: Any) -> None:
         """Take the answer to the goal, and ask for the result."""
         handle = future.result()

@@ -12,7 +12,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.geometry import Twist2D
@@ -55,6 +55,14 @@ class RobotNode(Node):
         self._further = [self.create_publisher(LaserScan, name, BEST_EFFORT) for name in further]
         self._odom = self.create_publisher(Odometry, "odom", 10)
         self._tf = self.create_publisher(TFMessage, "tf", 100)
+        limits = fake.robot.moved_joints
+        self.joints = dict.fromkeys(limits, 0.0)
+        self._wanted = dict(self.joints)
+        # Slowly, so that the example of each action takes several seconds.
+        self._speeds = {name: (each.max - each.min) / 8 for name, each in limits.items()}
+        self._joint_states = self.create_publisher(JointState, "joint_states", 10)
+        self.joint_commands: list[JointState] = []
+        self.create_subscription(JointState, "joint_commands", self._obey_joints, 10)
         self._map = self.create_publisher(OccupancyGrid, "map", LATCHED)
         self.camera = self.create_publisher(Image, "camera/image_raw", 10)
         # Sent with the first scan: what was sent before its reader is there arrives at some time of
@@ -65,6 +73,21 @@ class RobotNode(Node):
         twist = message.twist
         self.command = Twist2D(twist.linear.x, twist.angular.z, twist.linear.y)
         self.on_command(self.command)
+
+    def _obey_joints(self, message: JointState) -> None:
+        self.joint_commands.append(message)
+        self._wanted.update(zip(message.name, message.position, strict=True))
+
+    def _move_joints(self) -> JointState:
+        """Move the joints for a period."""
+        message = JointState(name=list(self.joints))
+        for name, before in self.joints.items():
+            most = self._speeds[name] * PERIOD_NS * 1e-9
+            moved = max(-most, min(most, self._wanted[name] - before))
+            self.joints[name] = before + moved
+            message.velocity.append(moved / (PERIOD_NS * 1e-9))
+        message.position = list(self.joints.values())
+        return message
 
     def advance_to(self, time_ns: int) -> None:
         """Move on and publish, if it is time."""
@@ -90,6 +113,7 @@ class RobotNode(Node):
             *(("scan", each, scan_message(now.scan, self.rays)) for each in self._further),
             ("odom", self._odom, odometry_message(now)),
             ("tf", self._tf, TFMessage(transforms=[transform])),
+            ("joint_states", self._joint_states, self._move_joints()),
             ("camera", self.camera, Image(height=2, width=3, step=9, encoding="rgb8")),
         ):
             if topic in self.silent:

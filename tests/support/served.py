@@ -22,7 +22,12 @@ from bt_mission.ros.interface_types import fill
 HUGE = 3.0e38
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 LEAST, MOST = -(2**31), 2**31 - 1
-TOPICS = {"scan": "scan", "odometry": "odom", "camera": "camera"}
+TOPICS = {
+    "scan": "scan",
+    "odometry": "odom",
+    "camera": "camera",
+    **dict.fromkeys(("arm", "gripper"), "joint_states"),
+}
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,11 @@ class Served:
     def drives(self) -> bool:
         """Whether it drives."""
         return self.action.moves_base
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether one goal at a time runs: it moves the base, or another part."""
+        return self.drives or bool(self.action.part)
 
     @property
     def watches(self) -> tuple[str, ...]:
@@ -94,7 +104,8 @@ def _served(name: str) -> Served:
 
 SERVED = {name: _served(name) for name in declared()}
 DRIVING = [name for name, served in SERVED.items() if served.drives]
-BESIDE = [name for name, served in SERVED.items() if not served.drives]
+BESIDE = [name for name, served in SERVED.items() if not served.is_alone]
+OF_PARTS = [name for name, served in SERVED.items() if served.action.part]
 
 
 def goal(name: str, **changes: Any) -> Any:

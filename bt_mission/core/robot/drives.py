@@ -75,16 +75,17 @@ class Wheels(RobotPart):
 class DifferentialDrive(Wheels):
     """Two driven wheels on one axle, and casters.
 
-    Control and odometry use `wheel_separation`; the real separation is `2 * wheel_y`.
+    Control and odometry use `wheel_separation`; the real separation is `2 * wheel_y`. Mass, inertia
+    and casters are missing where the robot has a `model`.
     """
 
     kind: Literal["differential"]
     wheel_separation: Positive
     wheel_y: Positive
-    wheel_mass: Positive
-    wheel_inertia: Size3
-    caster_radius: Positive
-    casters: Annotated[tuple[Point3, ...], Field(min_length=1)]
+    wheel_mass: Positive = 0.0
+    wheel_inertia: Size3 = (0.0, 0.0, 0.0)
+    caster_radius: Positive = 0.0
+    casters: Annotated[tuple[Point3, ...], Field(min_length=1)] = ()
 
     @property
     def places(self) -> tuple[Point2, ...]:

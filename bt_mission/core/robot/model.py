@@ -7,6 +7,7 @@ positions are those of `base_link`, below the middle of the axle.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,8 +15,10 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from bt_mission.core import files
+from bt_mission.core.diagnostics import InputError
 from bt_mission.core.robot.body import Body, Hull, PolygonBody, convex
-from bt_mission.core.robot.drives import Drive
+from bt_mission.core.robot.drives import DifferentialDrive, Drive
+from bt_mission.core.robot.joints import ArmModel, GripperModel, JointLimits, ModelFile
 from bt_mission.core.robot.parts import (
     NotNegative,
     Number,
@@ -278,7 +281,8 @@ class RobotModel(RobotPart):
     `robots/*.yaml` has the source of every number. `lidars`, `range_sensors` and `bumpers` are
     sensors by their names: a lidar `rear` publishes the topic `scan_rear` in the frame
     `base_scan_rear`, a range sensor `front` the topic `range_front`, a bumper `left` the topic
-    `bumper_left`.
+    `bumper_left`. A robot with a `model` of its own has inertia, wheels' mass and casters there;
+    `base_mass` is its whole mass.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -291,8 +295,8 @@ class RobotModel(RobotPart):
     drive: Drive
     base_height: NotNegative
     base_mass: Positive
-    base_inertia: Size3
-    base_centre_of_mass: Point3
+    base_inertia: Size3 = (0.0, 0.0, 0.0)
+    base_centre_of_mass: Point3 = (0.0, 0.0, 0.0)
     body: Body
     odometry_rate: Positive = 20.0
     lidar: LidarModel
@@ -304,6 +308,16 @@ class RobotModel(RobotPart):
     imu: ImuModel
     battery: BatteryModel = BatteryModel()
     sensors: SensorsModel = SensorsModel()
+    model: ModelFile | None = None
+    arm: ArmModel | None = None
+    gripper: GripperModel | None = None
+
+    @property
+    def moved_joints(self) -> dict[str, JointLimits]:
+        """The joints of arm and gripper, by their names."""
+        arm = {} if self.arm is None else self.arm.joints
+        gripper = self.gripper
+        return {**arm, **({} if gripper is None else dict.fromkeys(gripper.joints, gripper))}
 
     @field_validator("range_sensors")
     @classmethod
@@ -404,4 +418,41 @@ def load_robot(name_or_path: str | Path | Document, near: str | Path | None = No
     if not isinstance(document, Document):
         document = read(files.find("robots", document, near))
     robot = validate(document, RobotModel)
+    wrong = list(_form_problems(robot))
+    if wrong:
+        raise InputError(document.diagnostic(code, path, text) for code, path, text in wrong)
+    if robot.model is not None:
+        file = Path(document.file).absolute().parent / robot.model.file
+        own = robot.model.model_copy(update={"file": str(file)})
+        robot = robot.model_copy(update={"model": own})
     return robot.with_sensors(robot.sensors)
+
+
+_OF_BODY = (("base_inertia",), ("base_centre_of_mass",))
+_OF_WHEELS = tuple(
+    ("drive", key) for key in ("wheel_mass", "wheel_inertia", "caster_radius", "casters")
+)
+
+
+def _form_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Yield code, key and text of keys that exclude or need each other."""
+    is_differential = isinstance(robot.drive, DifferentialDrive)
+    for path in (*_OF_BODY, *(_OF_WHEELS if is_differential else ())):
+        part = robot if len(path) == 1 else robot.drive
+        is_given = path[-1] in part.model_fields_set
+        if robot.model is None and not is_given:
+            yield "BT-202", path[:-1], f"'{path[-1]}' is missing"
+        elif robot.model is not None and is_given:
+            yield "BT-307", path, f"the file of `model` has this; leave {path[-1]} out"
+    if robot.model is not None and not is_differential:
+        yield (
+            "BT-307",
+            ("drive", "kind"),
+            f"expected differential for a robot with a model, got {robot.drive.kind}",
+        )
+    for name in ("arm", "gripper"):
+        if robot.model is None and getattr(robot, name) is not None:
+            yield "BT-307", (name,), f"{name} needs `model`, which has its joints"
+    if robot.arm is not None and robot.gripper is not None:
+        for name in sorted(set(robot.arm.joints) & set(robot.gripper.joints)):
+            yield "BT-307", ("gripper", "joints"), f"the joint '{name}' also is one of the arm"

@@ -12,7 +12,14 @@ import numpy as np
 import pytest
 
 from action_servers.core.action import Action, Misfit, ServerContext
-from action_servers.core.maneuver import Finished, Grid, Observation, Refusal, Scan
+from action_servers.core.maneuver import (
+    Finished,
+    Grid,
+    JointReadings,
+    Observation,
+    Refusal,
+    Scan,
+)
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.server.actions import action
 from bt_mission.core.actions import declared
@@ -21,6 +28,7 @@ from bt_mission.core.robot.model import load_robot
 from tests.support.served import SERVED, goal
 
 SCAN = Scan(10.0, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, np.inf, dtype=np.float32))
+JOINTS = JointReadings(10.0, dict.fromkeys(load_robot("waffle_arm").moved_joints, 0.0), {}, {})
 READY = Observation(
     10.0,
     odom=Pose2D(0.5, 0.0, 0.0),
@@ -28,11 +36,12 @@ READY = Observation(
     scan=SCAN,
     map_pose=Pose2D(0.0, 0.0, 0.0),
     grid=Grid(0.05, -2.0, -2.0, np.zeros((80, 80), dtype=np.int8)),
+    joints=JOINTS,
 )
 NO_SCAN = "no scan has arrived yet; is the robot running?"
 NO_ODOMETRY = "no odometry has arrived yet; is the robot running?"
 
-WAFFLE = load_robot("waffle")
+WAFFLE, WITH_ARM = load_robot("waffle"), load_robot("waffle_arm")
 
 
 class Camera:
@@ -60,6 +69,7 @@ def context(**changes: Any) -> ServerContext:
         "turn_velocity": 1.0,
         "publish_distance": lambda _: None,
         "publish_path": lambda _: None,
+        "joints": SimpleNamespace(send=lambda *_: None),
     }
     return ServerContext(**usual | changes)
 
@@ -67,6 +77,8 @@ def context(**changes: Any) -> ServerContext:
 def planned(name: str, message: Any = None, now: Observation = READY, **changes: Any) -> Any:
     """What becomes of a goal."""
     message = goal(name) if message is None else message
+    if action(name).part:
+        changes = {"robot": WITH_ARM, **changes}
     return action(name).planned(message, now, context(**changes))
 
 
@@ -79,8 +91,8 @@ def test_the_example_becomes_a_maneuver(name):
 @pytest.mark.parametrize("name", declared())
 def test_every_goal_outside_the_limits_is_refused(name):
     """With the field and the value."""
-    fields = [limit.field for limit in SERVED[name].limits(WAFFLE)]
-    for bad in SERVED[name].bad_goals(WAFFLE):
+    fields = [limit.field for limit in SERVED[name].limits(WITH_ARM)]
+    for bad in SERVED[name].bad_goals(WITH_ARM):
         refused = planned(name, bad)
         assert isinstance(refused, Refusal)
         assert refused.reason.startswith((*fields, "no such colour"))
@@ -155,12 +167,23 @@ def test_the_limit_of_the_robot_is_allowed_as_float32(name):
             {"map_pose": None},
             "the robot's place on the map is not known yet; is something publishing map to odom?",
         ),
+        (
+            "arm",
+            {"joints": None},
+            "no joint_states has arrived yet; is the robot running?",
+        ),
+        (
+            "gripper",
+            {"joints": replace(JOINTS, stamp_s=8.0)},
+            "no joint_states for 1 s: the last is 2.00 s old",
+        ),
     ],
 )
 def test_a_goal_is_refused_without_what_the_action_needs(name, need, changes, reason):
     """A goal of an action that waits, or does not need it, is not."""
     refused = planned(name, now=replace(READY, **changes))
-    if need in action(name).needs and not action(name).waits:
+    is_needed = need in action(name).needs or (action(name).part and "joints" in changes)
+    if is_needed and not action(name).waits:
         assert refused == Refusal(reason)
     else:
         assert not isinstance(refused, Refusal)
@@ -174,6 +197,13 @@ def test_pictures_need_a_camera(name):
     assert planned(name, camera=Camera(is_sent=False)) == Refusal(
         "nobody publishes /camera/image_raw"
     )
+
+
+@pytest.mark.parametrize("name", [name for name in declared() if action(name).part])
+def test_a_part_is_one_of_the_robot(name):
+    """A Waffle has neither an arm nor a gripper."""
+    reason = f"the robot 'waffle' has no {action(name).part}"
+    assert planned(name, robot=WAFFLE) == Refusal(reason)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.language.message_types import field_at, value_type
 from bt_mission.ros.interface_types import action_type, fill, shapes
 
-WAFFLE = load_robot("waffle")
+WITH_ARM = load_robot("waffle_arm")
 MODULES = sorted({declaration.module for declaration in declared().values()})
 
 
@@ -44,13 +44,13 @@ def test_every_limit_names_a_field_of_the_type(name):
     result = action(name)
     shape = shapes(result.type)
     goal = fill(action_type(result.type).Goal(), result.example)
-    for limit in result.limits(WAFFLE, TUNING):
+    for limit in result.limits(WITH_ARM, TUNING):
         field_at(shape.sends, limit.field)  # raises UnknownField
     for field in result.feedback(goal):
         assert shape.asks is not None
         assert value_type(field_at(shape.asks, field)) in ("integer", "number")
-    assert not any(faults(goal, result.limits(WAFFLE, TUNING)))
-    assert result.misfit(goal, WAFFLE) is None
+    assert not any(faults(goal, result.limits(WITH_ARM, TUNING)))
+    assert result.misfit(goal, WITH_ARM) is None
 
 
 @pytest.mark.parametrize("name", declared())
@@ -58,8 +58,8 @@ def test_a_goal_of_each_type_can_be_checked(name):
     """A message with all fields at 0 meets no exception."""
     result = action(name)
     goal = action_type(result.type).Goal()
-    assert all(fault is None or fault for fault in faults(goal, result.limits(WAFFLE, TUNING)))
-    assert result.misfit(goal, WAFFLE) is None or result.misfit(goal, load_robot("waffle"))
+    assert all(fault is None or fault for fault in faults(goal, result.limits(WITH_ARM, TUNING)))
+    assert result.misfit(goal, WITH_ARM) is None or result.misfit(goal, load_robot("waffle"))
 
 
 def test_names_are_read_without_ros_and_numpy():

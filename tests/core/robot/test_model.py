@@ -15,7 +15,15 @@ from bt_mission.core.yaml.document import read
 
 def test_each_shipped_robot_has_the_name_of_its_file():
     """A robot is found by its name."""
-    assert names("robots") == ["burger", "f1tenth", "husky", "rosbot", "turtlebot4", "waffle"]
+    assert names("robots") == [
+        "burger",
+        "f1tenth",
+        "husky",
+        "rosbot",
+        "turtlebot4",
+        "waffle",
+        "waffle_arm",
+    ]
     assert [load_robot(name).name for name in names("robots")] == names("robots")
 
 
@@ -72,7 +80,7 @@ def test_unknown_robot_lists_the_known_ones():
     """The message names the models there are, and the nearest."""
     with pytest.raises(
         InputError,
-        match=r"turtlebot4, waffle\); did you mean",
+        match=r"waffle, waffle_arm\); did you mean",
     ):
         load_robot("wafle")
 

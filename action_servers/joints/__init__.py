@@ -1,0 +1,1 @@
+"""Arms and grippers: the actions of ros2_control over positions of joints."""

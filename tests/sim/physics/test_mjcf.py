@@ -1,0 +1,293 @@
+"""A robot with a MuJoCo model of its own: driving, its joints, and what is wrong with a model."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.file_index import files_of
+from bt_mission.core.files import find
+from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.sessions.file_checks import check_robot
+from sim.physics.names import MODEL_PREFIX, STEP_NS
+from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SimulatedRobot
+from sim.simulation import Simulation
+from sim.world.loader import load_world
+from sim.world.world import Spawn, World
+
+ROBOT, MODEL = find("robots", "waffle_arm"), find("robots", "waffle_arm").with_suffix(".xml")
+ARM = ("joint1", "joint2", "joint3", "joint4")
+FINGERS = ("gripper_left_joint", "gripper_right_joint")
+ABOVE, BELOW = (0.0, 0.577, -0.319, 1.313), (0.0, 0.961, -0.217, 0.827)
+
+
+def drive(simulation: Simulation, seconds: float, linear: float = 0.0) -> None:
+    """Drive all robots straight for a time."""
+    for _ in range(round(seconds * 20)):
+        for robot in simulation.robots:
+            robot.command(linear, 0.0)
+        simulation.advance_to(simulation.time_ns + 10 * STEP_NS)
+
+
+def send(robot: SimulatedRobot, names: tuple[str, ...], positions: tuple[float, ...]) -> None:
+    """Command joints, without a limit of force."""
+    assert robot.servos is not None
+    robot.servos.command(names, positions)
+
+
+@pytest.fixture
+def fetching() -> Simulation:
+    """A robot with an arm, and a cube a metre ahead."""
+    return Simulation(load_world("fetch_arena"), [RobotSpawn(load_robot("waffle_arm"))], seed=1)
+
+
+def test_its_wheels_drive_it_as_its_file_says(fetching: Simulation) -> None:
+    """A metre is a metre, by truth and by odometry, and nothing counts as a collision."""
+    (robot,) = fetching.robots
+    drive(fetching, 4.0, 0.2)
+    drive(fetching, 1.0)
+    assert robot.pose == pytest.approx((0.8, 0.0, 0.0), abs=1e-3)
+    assert robot.read_odometry().x == pytest.approx(robot.pose[0], abs=2e-3)
+    assert robot.collisions == 0
+
+
+def test_it_grips_carries_and_lays_down(fetching: Simulation) -> None:
+    """The fingers stall at the cube, which rises with the arm; two runs are the same."""
+    places = [pick(fetching)]
+    other = Simulation(load_world("fetch_arena"), [RobotSpawn(load_robot("waffle_arm"))], seed=1)
+    places.append(pick(other))
+    assert places[0] == places[1]
+
+
+def pick(simulation: Simulation) -> str:
+    """Pick the cube up; return a digest of everything at the end."""
+    (robot,) = simulation.robots
+    assert robot.servos is not None
+    send(robot, FINGERS, (0.019, 0.019))
+    send(robot, ARM, ABOVE)
+    drive(simulation, 4.35, 0.2)
+    drive(simulation, 1.0)
+    send(robot, ARM, BELOW)
+    drive(simulation, 1.5)
+    send(robot, FINGERS, (-0.010, -0.010))
+    drive(simulation, 1.0)
+    held = dict(zip(robot.servos.names, robot.servos.readings["position"], strict=True))
+    assert held[FINGERS[0]] == pytest.approx(0.005, abs=1e-3)
+    send(robot, ARM, ABOVE)
+    drive(simulation, 1.5)
+    x, y, z = simulation.physics.objects["cube"]
+    assert (x, y, z) == pytest.approx((1.0, 0.0, 0.105), abs=5e-3)
+    assert robot.collisions == 0
+    state = simulation.physics.record()
+    return hashlib.sha256(state.qpos + state.qvel).hexdigest()
+
+
+def test_joints_stay_within_their_limits_and_speed(fetching: Simulation) -> None:
+    """A command beyond a limit goes to the limit, at no more than the highest speed."""
+    (robot,) = fetching.robots
+    assert robot.servos is not None
+    send(robot, ("joint1",), (9.0,))
+    fetching.advance_to(fetching.time_ns + 20 * STEP_NS)
+    setpoint = fetching.physics.data.ctrl[fetching.physics.model.nu - 6]
+    assert setpoint == pytest.approx(4.8 * 0.1)
+    drive(fetching, 2.0)
+    assert robot.servos.readings["position"][0] == pytest.approx(2.82, abs=1e-3)
+    for names, positions in ((("elbow",), (1.0,)), (("joint1",), (math.nan,)), (ARM, (0.0,))):
+        with pytest.raises(ValueError, match=r"elbow|finite|expected 4 positions"):
+            robot.servos.command(names, positions)
+
+
+def test_a_reset_puts_joints_and_objects_back(fetching: Simulation) -> None:
+    """To the start of the robot's file, and of the world's."""
+    (robot,) = fetching.robots
+    assert robot.servos is not None
+    before = robot.servos.readings, fetching.physics.objects
+    send(robot, ARM, BELOW)
+    drive(fetching, 5.0, 0.2)
+    assert robot.servos.readings != before[0]
+    fetching.physics.reset()
+    assert (robot.servos.readings["position"], fetching.physics.objects) == (
+        before[0]["position"],
+        before[1],
+    )
+
+
+def test_two_robots_with_arms_share_a_world() -> None:
+    """They collide with each other, and not with their own parts."""
+    robots = [
+        RobotSpawn(load_robot("waffle_arm"), name, Spawn(x=x, yaw=yaw))
+        for name, x, yaw in (("one", -0.6, 0.0), ("two", 0.6, 180.0))
+    ]
+    simulation = Simulation(load_world("empty_arena"), robots, seed=0)
+    drive(simulation, 0.5)
+    assert [robot.collisions for robot in simulation.robots] == [0, 0]
+    drive(simulation, 4.0, 0.2)
+    assert simulation["one"].collisions_with["two"] >= 1
+
+
+def test_a_copy_has_the_files_of_the_model() -> None:
+    """`robots copy` takes the model along."""
+    assert [path.name for path in files_of(ROBOT)] == ["waffle_arm.yaml", "waffle_arm.xml"]
+
+
+def test_the_model_is_attached_under_its_own_prefix() -> None:
+    """So no name of the world or of another robot collides with one of it."""
+    world = World(name="w", size=(2.0, 2.0))
+    model = Simulation(world, [RobotSpawn(load_robot("waffle_arm"))], seed=0).physics.model
+    assert model.joint(f"{MODEL_PREFIX}joint1").range == pytest.approx([-2.827, 2.827])
+    assert model.opt.timestep == STEP_NS / 1e9
+    assert model.body_subtreemass[model.body("base").id] == pytest.approx(2.06191)
+
+
+# ---- what is wrong with a model ------------------------------------------------------------------
+
+
+def changed(folder: Path, *changes: tuple[str, str], figures: tuple[str, str] = ("", "")) -> Path:
+    """Copy the robot with changes of its model and of its figures."""
+    text, robot = MODEL.read_text(encoding="utf-8"), ROBOT.read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    assert figures[0] in robot
+    (folder / "waffle_arm.xml").write_text(text, encoding="utf-8")
+    path = folder / "mine.yaml"
+    path.write_text(robot.replace(*figures, 1), encoding="utf-8")
+    return path
+
+
+def refused(path: Path) -> list[tuple[str, str, str]]:
+    """Return code, line of the file and message of each error."""
+    with pytest.raises(InputError) as caught:
+        check_robot(path)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return [
+        (each.code, lines[(each.line or 1) - 1].strip(), each.message)
+        for each in caught.value.diagnostics
+    ]
+
+
+WRONG = [
+    ('kp="120"', 'kp="-"', "file: waffle_arm.xml", "MuJoCo: XML Error"),
+    ("</worldbody>", "", "file: waffle_arm.xml", "mismatched tag"),
+    ("<freejoint/>", "", "base: base_link", "got no free joint"),
+    (
+        '<body name="link1"',
+        '<body name="x"><freejoint/></body><body name="link1"',
+        "file: waffle_arm.xml",
+        "MuJoCo:",
+    ),
+    ('mass="1.37291"', 'mass="0"', "base_mass:", "the whole model, 0.689 kg, got 2.06191"),
+    ('mass="0.0285"', 'mass="0"', "file: waffle_arm.xml", "MuJoCo: Error: mass and inertia"),
+    ('mass="1.37291"', 'mass="9"', "base_mass:", "the whole model, 9.689 kg, got 2.06191"),
+    ('mass="1.37291"', 'mass="nan"', "file: waffle_arm.xml", "finite numbers, got nan"),
+    ('name="joint2"', 'name="joint_2"', "file: waffle_arm.xml", "target 'joint2' for actuator"),
+    ('class="servo" joint="joint3"', 'class="servo" joint="joint2"', "joint3:", "got 0 actuators"),
+    (
+        '<position class="servo" joint="joint1"/>',
+        '<motor joint="joint1"/>',
+        "joint1:",
+        "<position>",
+    ),
+    ('range="-2.827 2.827"', 'range="-1 1"', "joint1:", "within the range of the model, -1 to 1"),
+    ('"wheel_left" type="hinge"', '"wheel_left" type="slide"', "wheels:", "is a slide joint"),
+    (
+        '<velocity joint="wheel_left" kv="0.15"',
+        '<motor joint="wheel_left"',
+        "wheels:",
+        "<velocity>",
+    ),
+    ('site name="base_scan"', 'site name="scan"', "lidar: base_scan", "no site 'base_scan'"),
+    ('name="imu" pos="0 0 0.068"', 'name="imu" pos="0 0 0.1"', "x: 0.0 ", "(0, 0, 0.1) m, got"),
+    ("<worldbody>", '<include file="../x.xml"/><worldbody>', "file:", "outside of its folder"),
+    ("<worldbody>", '<include file="no.xml"/><worldbody>', "file:", "cannot read no.xml"),
+    ("<worldbody>", '<include file="waffle_arm.xml"/><worldbody>', "file:", "includes itself"),
+    ("<worldbody>", '<asset><mesh file="/etc/a.stl"/></asset><worldbody>', "file:", "outside"),
+    ("<worldbody>", '<asset><mesh file="a.stl"/></asset><worldbody>', "file:", "cannot read a.stl"),
+    ("<mujoco", '<!DOCTYPE m [<!ENTITY e "e">]><mujoco', "file:", "DOCTYPE is not supported"),
+    ("<worldbody>", '<extension><plugin plugin="a"/></extension><worldbody>', "file:", "plugins"),
+    ("<worldbody>", "<worldbody>" + "<frame>" * 80 + "</frame>" * 80, "file:", "nested more than"),
+    ("<worldbody>", "<worldbody>" + "<site/>" * 6000, "file:", "more than 5,000 elements"),
+    ('size="0.133 0.133 0.047"', 'size="1e99 0.1 0.1"', "file:", "larger than 1e+10"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "place", "message"), WRONG)
+def test_an_error_of_the_model_names_key_and_reason(
+    tmp_path: Path, old: str, new: str, place: str, message: str
+) -> None:
+    """At the key of the robot's file; the reason names the line of the model where there is one."""
+    errors = refused(changed(tmp_path, (old, new)))
+    assert any(
+        code == "BT-813" and line.startswith(place) and message in text
+        for code, line, text in errors
+    ), errors
+
+
+@pytest.mark.parametrize(
+    ("figures", "code", "message"),
+    [
+        (("base: base_link", "base: base_lnk"), "BT-813", "did you mean 'base_link'?"),
+        (("wheels: [wheel_left,", "wheels: [wheel_right,"), "BT-813", "both wheels are"),
+        (("    joint1: {min", "    elbow: {min"), "BT-813", "no joint 'elbow'"),
+        (("min: -2.82", "min: 3"), "BT-307", "expected min < max"),
+        (("base_mass: 2.06191 ", "base_mass: 3.0 "), "BT-813", "2.062 kg, got 3"),
+        (("file: waffle_arm.xml", "file: absent.xml"), "BT-813", "cannot read absent.xml"),
+        (("file: waffle_arm.xml", "file: ../waffle_arm.xml"), "BT-813", "must lie in the folder"),
+        (("rate: 10.0 ", "rate: 30.0 "), "BT-804", "whole number of physics steps"),
+        (("body:  ", "base_inertia: [1, 1, 1]\nbody:  "), "BT-307", "leave base_inertia out"),
+        (("gripper:  ", "griper:  "), "BT-201", "unknown key 'griper'"),
+    ],
+)
+def test_an_error_of_the_figures_names_its_key(
+    tmp_path: Path, figures: tuple[str, str], code: str, message: str
+) -> None:
+    """Names that the model does not have, and numbers that contradict it."""
+    errors = refused(changed(tmp_path, figures=figures))
+    assert any(got == code and message in text for got, _, text in errors), errors
+
+
+def test_an_arm_needs_a_model(tmp_path: Path) -> None:
+    """And so does what a model would have: a robot without one says its inertia."""
+    text = ROBOT.read_text(encoding="utf-8")
+    begin, end = text.index("model:   "), text.index("arm:   ")
+    path = tmp_path / "mine.yaml"
+    path.write_text(text[:begin] + text[end:], encoding="utf-8")
+    messages = [message for _, _, message in refused(path)]
+    assert "arm needs `model`, which has its joints" in messages
+    assert "'base_inertia' is missing" in messages
+    assert "'casters' is missing" in messages
+
+
+def test_a_model_in_degrees_and_with_parts_of_a_world_is_attached(tmp_path: Path) -> None:
+    """Its compiler applies to it; floor, lights, keys and sensors stay out."""
+    text = MODEL.read_text(encoding="utf-8")
+    changes = [
+        ('angle="radian"', 'angle="degree"'),
+        *((f'range="{old}"', f'range="{new}"') for old, new in IN_DEGREES),
+        ("<worldbody>", '<worldbody><light pos="0 0 3"/><geom type="plane" size="9 9 1"/>'),
+        ("</mujoco>", '<keyframe><key name="home"/></keyframe></mujoco>'),
+        ("<worldbody>", '<option timestep="0.001" gravity="0 0 0"/><worldbody>'),
+    ]
+    assert all(old in text for old, _ in changes)
+    robot: RobotModel = load_robot(changed(tmp_path, *changes))
+    world = load_world("empty_arena")
+    model = Simulation(world, [RobotSpawn(robot)], seed=0).physics.model
+    usual = Simulation(world, [RobotSpawn(load_robot("waffle_arm"))], seed=0).physics.model
+    assert (model.ngeom, model.nlight, model.nkey) == (usual.ngeom, usual.nlight, 0)
+    assert model.jnt_range == pytest.approx(usual.jnt_range, abs=1e-3)
+    assert model.opt.gravity.tolist() == [0.0, 0.0, -9.81]
+    assert isinstance(model, mujoco.MjModel)
+
+
+IN_DEGREES = [
+    ("-2.827 2.827", "-161.98 161.98"),
+    ("-1.79 1.57", "-102.56 89.95"),
+    ("-0.942 1.382", "-53.97 79.18"),
+    ("-1.79 2.04", "-102.56 116.88"),
+]
