@@ -30,7 +30,9 @@ from action_servers.core.give_way import GiveWay
 from action_servers.core.grid import Floats
 from action_servers.core.limits import SLOWEST_DRIVE, SLOWEST_TURN
 from action_servers.core.maneuver import ZERO, Held, Observation, Reason, Scan
+from action_servers.core.margins import STROKE_M
 from action_servers.core.progress import Progress
+from action_servers.core.rollout import grown
 from action_servers.core.steering import Steering
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Pose2D, Twist2D
@@ -68,6 +70,7 @@ class Governor:
         self._robot = robot
         self._fastest, self._sharpest = robot.max_linear_velocity, robot.max_angular_velocity
         self._room = Room(robot)
+        self._wide_room = Room(robot, STROKE_M)
         is_car = math.isfinite(robot.drive.max_curvature)
         self._steering = Steering(robot) if is_car else None
         self._in_room = self._room.allow
@@ -80,7 +83,7 @@ class Governor:
     def begin(self) -> None:
         """Begin a goal that drives."""
         self._tuning = self.tuning
-        self._room.tuning = self._tuning
+        self._room.tuning = self._wide_room.tuning = self._tuning
         self._progress = Progress(self._robot, self._tuning.blocked_after)
         self._commanded = ZERO
         self._held: Held | None = None
@@ -138,24 +141,34 @@ class Governor:
     def _allow_motion(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
         """Return the twist of a base that is a car, slides, or is blind behind; and the obstacle.
 
-        A turn of a car has two strokes to try.
+        A turn of a car has two strokes to try: those that keep a wide margin first.
         """
         steering = self._steering
         if steering is None:
             most = self._robot.drive.slide_velocity
             lateral = max(-most, min(wanted.lateral, most))
             return self._allow_seen(Twist2D(wanted.linear, wanted.angular, lateral), now)
-        twist, obstacle = self._allow_seen(steering.arc(wanted, now), now)
-        if not obstacle or twist != ZERO:
-            return twist, obstacle
-        other = steering.other_stroke(wanted, now)
-        return (twist, obstacle) if other is None else self._allow_seen(other, now)
+        arc = steering.arc(wanted, now)
+        if wanted.linear or not wanted.angular:
+            return self._allow_seen(arc, now)
+        other = Twist2D(-arc.linear, arc.angular)
+        for room in (self._wide_room, self._room):
+            for stroke in (arc, other):
+                twist, obstacle = self._allow_seen(stroke, now, room)
+                if twist != ZERO:
+                    if stroke is other:
+                        steering.reverse(now)
+                    return twist, obstacle
+        return twist, obstacle
 
-    def _allow_seen(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
+    def _allow_seen(
+        self, wanted: Twist2D, now: Observation, room: Room | None = None
+    ) -> tuple[Twist2D, str]:
         """Return the twist that the room allows, never towards what no lidar looks at."""
         if wanted.linear < 0.0 and not self._robot.sees_behind:
-            return ZERO, "no lidar looks behind"
-        return self._room.slide(wanted, now) if wanted.lateral else self._room.allow(wanted, now)
+            return ZERO, "the lidars do not see all of the ground behind"
+        room = room or self._room
+        return room.slide(wanted, now) if wanted.lateral else room.allow(wanted, now)
 
     def _hold(self, now: Observation, by: Reason, words: str, twist: Twist2D) -> None:
         held = self._held
@@ -171,13 +184,13 @@ class Room:
     """The free space that the newest scan leaves to the hull, updated by odometry between scans.
 
     The base needs the distance until it stands: as it drives until the next command takes effect,
-    then braking at half of its deceleration, then a margin.
+    then braking at half of its deceleration, then a margin. The hull is grown by `wider` metres.
     """
 
-    def __init__(self, robot: RobotModel) -> None:
+    def __init__(self, robot: RobotModel, wider: float = 0.0) -> None:
         self.tuning = TUNING
         self._robot = robot
-        self._body = footprint(robot)
+        self._body = grown(footprint(robot), wider)
         self._scan: Scan | None = None
         self._seen: Floats = np.empty((2, 0))
         self._points: Floats | None = None

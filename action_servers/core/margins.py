@@ -20,3 +20,7 @@ LDS-01 more (10 mm, ROBOTIS e-manual)."""
 
 MOVING_M = 0.08
 """Between the hull and a moving obstacle, of which only the front is seen."""
+
+STROKE_M = 0.04
+"""Around the hull in a stroke of a car that turns, where there is as much room: its corners sweep
+outside of its path."""

@@ -46,19 +46,12 @@ class Steering:
         if self._began is None:
             self._began = yaw
         elif abs(wrap(yaw - self._began)) >= STROKE_RAD:
-            self.reverse(yaw)
+            self.reverse(now)
         return self._stroke(angular)
 
-    def other_stroke(self, wanted: Twist2D, now: Observation) -> Twist2D | None:
-        """Begin the opposite stroke of a turn that has no room; None if none was wanted."""
-        if wanted.linear or not wanted.angular:
-            return None
-        self.reverse(0.0 if now.odom is None else now.odom.yaw)
-        return self._stroke(wanted.angular)
-
-    def reverse(self, yaw: float) -> None:
-        """Begin a stroke in the other direction at a yaw, rad."""
-        self._direction, self._began = -self._direction, yaw
+    def reverse(self, now: Observation) -> None:
+        """Begin a stroke in the other direction."""
+        self._direction, self._began = -self._direction, 0.0 if now.odom is None else now.odom.yaw
 
     def _stroke(self, angular: float) -> Twist2D:
         speed = min(abs(angular) / self._sharpest, self._fastest)

@@ -23,7 +23,7 @@ from bt_mission.scenarios.scenario import Expectation, Scenario
 from bt_mission.scenarios.servers import ServersReader
 from bt_mission.sessions.check import has_camera
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
-from bt_mission.sessions.named_files import NamedFiles, zones_of
+from bt_mission.sessions.named_files import NamedFiles
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from sim.world.loader import load_world
 from sim.world.world import World
@@ -142,7 +142,7 @@ class _Loader:
             robot=changes.robot or written.robot,
             permissions=changes.permissions,
             servers=changes.servers,
-            zones=None if world is None else zones_of(world),
+            place=world,
         )
 
     def _simulator(self, written: ScenarioFile) -> NodeFactory | None:

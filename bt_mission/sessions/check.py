@@ -26,7 +26,6 @@ from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.checks.warnings import word_inputs
-from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.loader import Examined, read_mission
@@ -39,6 +38,7 @@ from bt_mission.language.trees import reached
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
 from bt_mission.sessions.load import Source, document_of
 from sim.world.loader import load_world
+from sim.world.world import World
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
@@ -52,7 +52,7 @@ def examine(
     robot: str | None = None,
     servers: ServerSettings | None = OUR_SERVERS,
     permissions: Permissions = ANYTHING,
-    zones: Mapping[str, Pose] | None = None,
+    place: World | None = None,
 ) -> Examined:
     """Load and check a mission; return it with all warnings, or None with all errors.
 
@@ -63,11 +63,12 @@ def examine(
         source: As for `load`, as are `set`, `seed`, `world` and `robot`.
         servers: By their limits goals are judged; None where the goals are for other servers.
         permissions: The files and the Python code that the mission may use.
-        zones: Those of the world that it runs in, where that is not its own.
+        place: The world that it runs in, where that is not its own.
     """
 
     def checked(values: Mapping[str, Plain]) -> Examined:
-        check = partial(_faults, servers=servers, permissions=permissions)
+        check = partial(_faults, servers=servers, permissions=permissions, place=place)
+        zones = place and {zone.name: (zone.x, zone.y, 0.0) for zone in place.zones}
         try:
             document = document_of(source)
             return read_mission(document, values, seed, world, robot, permissions, zones, check)
@@ -97,7 +98,10 @@ def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
 
 
 def _faults(
-    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+    mission: Mission,
+    servers: ServerSettings | None,
+    permissions: Permissions,
+    place: World | None,
 ) -> Iterator[Diagnostic]:
     """Yield what does not fit this machine, and the errors of a mission's nodes."""
     is_staged = servers is not None
@@ -116,12 +120,15 @@ def _faults(
         hint = "try 'bt-mission doctor'"
         yield Diagnostic("BT-511", message, mission.file, hint=hint, severity="warning")
     yield from tree_diagnostics(
-        mission, find, _goal_rules(mission, servers, permissions), permissions
+        mission, find, _goal_rules(mission, servers, permissions, place), permissions
     )
 
 
 def _goal_rules(
-    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+    mission: Mission,
+    servers: ServerSettings | None,
+    permissions: Permissions,
+    place: World | None,
 ) -> ServerGoalRules | None:
     """Return what the servers accept with the mission's robot, if there is such a robot."""
     named: tuple[tuple[files.Kind, str | None], ...] = (
@@ -134,8 +141,10 @@ def _goal_rules(
         return None
     try:
         robot = load_robot(mission.robot, near=mission.file)
-        world = None
-        if mission.world and mission.map == "known":
+        world = place
+        if mission.map != "known":
+            world = None
+        elif place is None and mission.world:
             world = load_world(mission.world, near=mission.file)
         return ServerGoalRules(robot, servers, world)
     except BtMissionError:

@@ -10,18 +10,12 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, qu
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_file, kind_of, look_for, names
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.expressions.places import Pose
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import document_of
 from sim.world.loader import load_world, world_in
 from sim.world.world import World
-
-
-def zones_of(world: World) -> dict[str, Pose]:
-    """Return the zones of a world as places."""
-    return {zone.name: (zone.x, zone.y, 0.0) for zone in world.zones}
 
 
 class NamedFiles:

@@ -192,3 +192,14 @@ def test_several_errors_are_told_at_once(scenario: Any) -> None:
         scenario("seed: -1\nfaults:\n  - at 5: drp scan\nexpect: {outcome: fail}\n")
     )
     assert [fault.line for fault in faults] == [3, 5, 6]
+
+
+def test_poses_are_judged_in_the_world_of_the_scenario(tmp_path):
+    """A Husky does not fit at the zones of the mission's arena, but in a wider one."""
+    fields = "scenario: s\nmission: patrol\nrobot: husky\n"
+    narrow, wide = tmp_path / "narrow.scenario.yaml", tmp_path / "wide.scenario.yaml"
+    narrow.write_text(fields, encoding="utf-8")
+    wide.write_text(fields + "world: wide_arena\n", encoding="utf-8")
+    with pytest.raises(InputError, match="the robot does not fit at the goal"):
+        load_scenario(narrow)
+    assert load_scenario(wide).mission.robot == "husky"
