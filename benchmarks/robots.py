@@ -1,14 +1,14 @@
 """What do other robots and further lidars cost, beside a Waffle with one lidar?
 
-A step is 50 ms of virtual time on the stage, with servers and executive. Its figure is the
-processor time of the thread; robots take turns, so that all have the same noise.
+Each is on a stage, with servers and executive. Its figure is the processor time of the thread for a
+second of virtual time; robots take turns, so that all have the same noise.
 
-- robots: all drive the same mission; the rate is the Waffle's cost divided by the robot's.
+- robots: all patrol the same arena; the rate is the Waffle's cost divided by the robot's.
 - lidars: the first lidar costs as much more as the Waffle does with all of its scans than with a
   quarter of them, scaled to all; the second one as much as the Waffle does more with it. Both have
   360 rays at 10 Hz.
 
-Run it as: python benchmarks/robots.py [--mission FILE] [--rounds N] [--seconds S]
+Run it as: python benchmarks/robots.py [--rounds N] [--seconds S]
 """
 
 from __future__ import annotations
@@ -17,12 +17,11 @@ import argparse
 import re
 import statistics
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from measuring import figure, in_turns, ratios, spread, table
-from scaling import STEP_S, TURNS, stepped
+from measuring import CpuWatch, figure, in_turns, ratios, spread, table
 
 from bt_mission.core.files import find, names
 from bt_mission.core.yaml.document import Document, read_text
@@ -30,6 +29,15 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
+PATROL = """\
+mission: patrol
+tree:
+  follow_waypoints:
+    number_of_loops: 1000
+    poses: [[-1.85, -1.76, 0], [1.85, -1.02, 90], [-1.83, 1.13, 0], [1.87, 1.87, -90]]
+  timeout: 1000000
+"""
+WORLD = "wide_arena"
 WAFFLE = "waffle"
 SPARSE, SECOND = "waffle, 2.5 scans a second", "waffle, two lidars"
 FEWER = 4
@@ -47,16 +55,29 @@ def models() -> dict[str, Document]:
     return {name: read_text(text, name) for name, text in texts.items()}
 
 
-def measured(mission: str, rounds: int, steps: int) -> dict[str, list[float]]:
-    """Return the cost of a step of each robot, us, round by round."""
+def run_for(stage: Stage, seconds: float) -> Callable[[], float]:
+    """Return a function that runs a stage, and returns the cost of a second of virtual time, ms."""
+
+    def work() -> float:
+        start_ns, watch = stage.now_ns, CpuWatch()
+        while stage.now_ns - start_ns < seconds * 1e9:
+            stage.step()
+        cost_ms: float = watch.elapsed_s / ((stage.now_ns - start_ns) / 1e9) * 1e3
+        return cost_ms
+
+    return work
+
+
+def measured(rounds: int, seconds: float) -> dict[str, list[float]]:
+    """Return the cost of a second of each robot, ms, round by round."""
     with ExitStack() as made:
         folder = Path(made.enter_context(tempfile.TemporaryDirectory()))
         works = {}
         for name, model in models().items():
-            member = FleetRobot("", load(mission), model=model)
-            options = StageOptions(world="empty_arena", seed=1)
+            member = FleetRobot("", load(PATROL), model=model)
+            options = StageOptions(world=WORLD, seed=1)
             stage = made.enter_context(Stage(robots=[member], image_folder=folder, options=options))
-            works[name] = stepped(stage, steps)
+            works[name] = run_for(stage, seconds)
         for work in works.values():
             work()  # until goals are under way
         return dict(zip(works, in_turns(rounds, *works.values()), strict=True))
@@ -68,7 +89,7 @@ def rows(costs: dict[str, list[float]]) -> Iterator[Sequence[object]]:
     for name, times in costs.items():
         rates = ratios(waffle, times)
         figure(f"{name}: rate of the Waffle's", rates)
-        yield name, spread(times, 0, "us"), spread(rates, 2)
+        yield name, spread(times, 1, "ms"), spread(rates, 2)
     second = [
         (both - first) * (FEWER - 1) / (FEWER * (first - sparse))
         for both, first, sparse in zip(costs[SECOND], waffle, costs[SPARSE], strict=True)
@@ -80,12 +101,11 @@ def rows(costs: dict[str, list[float]]) -> Iterator[Sequence[object]]:
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--mission", default=TURNS, help="a file; default: turns on the spot")
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=20.0, help="virtual, of a measurement")
     options = parser.parse_args()
-    costs = measured(options.mission, options.rounds, max(round(options.seconds / STEP_S), 1))
-    table(("robot", "CPU of a step", "rate of the Waffle's"), rows(costs))
+    costs = measured(options.rounds, options.seconds)
+    table(("robot", "CPU of a second", "rate of the Waffle's"), rows(costs))
 
 
 if __name__ == "__main__":

@@ -68,7 +68,9 @@ def examine(
 
     def checked(values: Mapping[str, Plain]) -> Examined:
         check = partial(_faults, servers=servers, permissions=permissions, place=place)
-        zones = place and {zone.name: (zone.x, zone.y, 0.0) for zone in place.zones}
+        zones = None
+        if place is not None:
+            zones = {zone.name: (zone.x, zone.y, 0.0) for zone in place.zones}
         try:
             document = document_of(source)
             return read_mission(document, values, seed, world, robot, permissions, zones, check)

@@ -181,8 +181,10 @@ class PlanarBase:
         controller, ctrl, turned = self.controller, self._ctrl, self._turned
         qpos, qvel, patches = self._qpos, self._qvel, self._patches
         step_s, slides = STEP_NS / 1e9, self.robot.drive.slide_velocity > 0
+        last: Twist | None = None
 
         def before(now_ns: int) -> None:
+            nonlocal last
             wanted = controller.move(now_ns)
             faults = self._faults
             if faults.left_blocked or faults.right_blocked:
@@ -197,7 +199,8 @@ class PlanarBase:
             self._limit(grip)
             if grip < PUSH:
                 twist = self._slipping(twist, wanted)
-            ctrl[:] = wanted
+            if wanted is not last:
+                ctrl[:] = last = wanted
             ahead, left, turn = twist
             turned[0] += ahead * step_s
             turned[1] += left * step_s

@@ -105,6 +105,7 @@ class PlanarController(DifferentialController):
     steering: float = field(default=0.0, init=False)
     """The present angle of a car's front wheels, rad, left positive."""
     _target_lateral: float = field(default=0.0, init=False)
+    _moved: tuple[float, float, float] | None = field(default=None, init=False)
 
     def command(self, linear: float, angular: float, time_ns: int, lateral: float = 0.0) -> None:
         """Command a velocity; see :meth:`DifferentialController.command`."""
@@ -116,23 +117,39 @@ class PlanarController(DifferentialController):
         """Give or take the motors' power. Either way the last command is forgotten."""
         super().switch(on=on)
         self.lateral = self._target_lateral = 0.0
+        self._moved = None
 
     def move(self, time_ns: int) -> tuple[float, float, float]:
-        """Take the step that begins at `time_ns`; return m/s ahead, m/s to the left, rad/s."""
+        """Take the step that begins at `time_ns`; return m/s ahead, m/s to the left, rad/s.
+
+        While nothing changes, the same object is returned.
+        """
+        if time_ns < self.due_ns and self._moved is not None:
+            return self._moved
         if time_ns >= self._expires_ns:
             self._target_linear = self._target_angular = self._target_lateral = 0.0
         robot, drive = self.robot, self.robot.drive
         most = robot.max_linear_acceleration * self.step_s
         if isinstance(drive, AckermannDrive):
-            return self._steer(drive, most)
-        self.linear = _toward(self.linear, self._target_linear, most)
-        self.lateral = _toward(self.lateral, self._target_lateral, most)
-        self.angular = _toward(
-            self.angular, self._target_angular, robot.max_angular_acceleration * self.step_s
-        )
-        return self.linear, self.lateral, self.angular
+            is_steady = self._steer(drive, most)
+        else:
+            self.linear = _toward(self.linear, self._target_linear, most)
+            self.lateral = _toward(self.lateral, self._target_lateral, most)
+            self.angular = _toward(
+                self.angular, self._target_angular, robot.max_angular_acceleration * self.step_s
+            )
+            is_steady = (self.linear, self.lateral, self.angular) == (
+                self._target_linear,
+                self._target_lateral,
+                self._target_angular,
+            )
+        if is_steady:
+            self.due_ns = self._expires_ns if time_ns < self._expires_ns else math.inf
+        self._moved = self.linear, self.lateral, self.angular
+        return self._moved
 
-    def _steer(self, drive: AckermannDrive, most: float) -> tuple[float, float, float]:
+    def _steer(self, drive: AckermannDrive, most: float) -> bool:
+        """Take a step of a car; return whether nothing changes until the next command."""
         wanted, turn = self._target_linear, self._target_angular
         angle = self.steering
         if abs(wanted) > _STRAIGHT:
@@ -145,7 +162,7 @@ class PlanarController(DifferentialController):
             wanted = 0.0
         self.linear = _toward(self.linear, wanted, most)
         self.angular = self.linear * math.tan(self.steering) / drive.wheelbase
-        return self.linear, 0.0, self.angular
+        return self.linear == self._target_linear and self.steering == angle
 
 
 def _clip(value: float, limit: float) -> float:
