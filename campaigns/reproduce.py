@@ -1,6 +1,7 @@
-"""How near `bt-mission reproduce` comes to random faulted runs, from the topics of a robot alone.
+"""How exactly `bt-mission reproduce` repeats random faulted runs, from the topics of a robot alone.
 
 Run it as: python campaigns/reproduce.py [--count 50] [--folder DIR] [--first N] [--make-only]
+    [--nature PROFILE] [--without-map] [--rough] [--without-faults]
 
 Run N follows from N: a mission, its world, one or two random faults, a seed. Runs that violate no
 requirement and succeed are passed over, and so are missions that do not succeed in a world without
@@ -11,12 +12,17 @@ this file and the requirements of the site. A run counts as
 - violated again, if the requirement that was violated first is violated in the simulation, or, of a
   run that violates none, if it ends in the same outcome,
 - near, by the mean distance of the recorded and the simulated path,
-- named, if the kind of each fault that began is among the faults found.
+- named, if the kind of each fault that began is among the faults found; a fault of another kind is
+  falsely named.
+
+More like a real robot: `--nature` varies sensors and wheels, `--without-map` leaves out the map and
+the place of the robot on it, `--rough` loses messages and records the others late. With
+`--without-faults` runs without any fault count, so each fault that is named is named falsely.
 
 Faults that a recording of a robot cannot show are not drawn: those that change what one receiver
 gets of a topic, and those in the code of the mission.
 
-What is done is in the folder, so a campaign that was ended continues.
+The folder keeps the recordings and results, so an interrupted campaign continues.
 """
 
 from __future__ import annotations
@@ -24,12 +30,18 @@ from __future__ import annotations
 import argparse
 import gc
 import json
+import random
 import statistics
 import sys
 from collections import Counter
+from dataclasses import dataclass
 from itertools import count
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
+
+from rclpy.serialization import deserialize_message, serialize_message
+from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.draws import SeededDraws, maybe, number, one_of
@@ -41,7 +53,7 @@ from bt_mission.faults.drawing import can_be_drawn, drawn_fault
 from bt_mission.faults.planned import AtTime, PlannedFault
 from bt_mission.faults.values import planned_fault
 from bt_mission.recording.file import McapFile
-from bt_mission.recording.reading import RecordedFile
+from bt_mission.recording.reading import Channel, RecordedFile
 from bt_mission.reproducing.session import ReproduceOptions, reproduce
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
@@ -149,6 +161,7 @@ ROBOT_TOPICS = frozenset(
         *("/joint_states", "/map", "/rosout"),
     )
 )
+SENSOR_TOPICS = frozenset(("/scan", "/odom", "/tf", "/imu", "/joint_states", "/battery_state"))
 LIMIT_S = 60.0
 MOST_TRIES = 100_000
 
@@ -185,24 +198,72 @@ def drawn_scenario(n: int) -> tuple[str, dict[str, Any], list[PlannedFault]]:
     return name, data, faults
 
 
-def strip(source: Path, target: Path) -> None:
+@dataclass(frozen=True)
+class Signals:
+    """How a robot is recorded.
+
+    Attributes:
+        nature: The profile of the simulated run.
+        has_map: Whether something places the robot on a map.
+        is_rough: Whether messages are lost, and recorded late.
+        has_faults: Whether the drawn faults are injected.
+    """
+
+    nature: str | None = None
+    has_map: bool = True
+    is_rough: bool = False
+    has_faults: bool = True
+
+    def head(self, n: int) -> tuple[dict[str, Any], list[PlannedFault]]:
+        """Return scenario N as data, and its faults."""
+        _, data, faults = drawn_scenario(n)
+        if not self.has_faults:
+            data, faults = {**data, "faults": []}, []
+        return data if self.nature is None else {**data, "nature": self.nature}, faults
+
+
+LOST_SHARE, LATE_S, LATEST_S = 0.02, 0.004, 0.08
+"""Of rough signals: lost messages; the usual lateness, and the largest."""
+
+
+def strip(source: Path, target: Path, signals: Signals, n: int) -> None:
     """Write a recording with the topics of a robot alone: no facts, no truth, no mission."""
-    file = McapFile(target, "robot")
-    channels: dict[str, int] = {}
-    for time_ns, channel, data in RecordedFile(source).timed_messages():
-        topic = channel.topic
+    draws = random.Random(f"signals/{n}")
+    kept: list[tuple[int, int, Channel, bytes]] = []
+    for nth, (time_ns, channel, data) in enumerate(RecordedFile(source).timed_messages()):
+        topic, content, late_ns = channel.topic, data, 0
         if topic not in ROBOT_TOPICS and "/_action/" not in topic:
             continue
+        if not signals.has_map and topic == "/map":
+            continue
+        if not signals.has_map and topic == "/tf":
+            content = _without_map(data)
+        if signals.is_rough and topic in SENSOR_TOPICS:
+            if draws.random() < LOST_SHARE:
+                continue
+            late_ns = round(1e9 * min(draws.expovariate(1 / LATE_S), LATEST_S))
+        kept.append((time_ns + late_ns, nth, channel, content))
+    file = McapFile(target, "robot")
+    channels: dict[str, int] = {}
+    for time_ns, _, channel, content in sorted(kept, key=itemgetter(0, 1)):
+        topic = channel.topic
         if topic not in channels:
-            made = file.channel(topic, channel.type_name, channel.definition, {})
-            channels[topic] = made
-        file.write(time_ns, [(channels[topic], data)])
+            channels[topic] = file.channel(topic, channel.type_name, channel.definition, {})
+        file.write(time_ns, [(channels[topic], content)])
     file.close()
 
 
-def make(n: int, folder: Path) -> bool:
+def _without_map(data: bytes) -> bytes:
+    """Return transforms without those of the map."""
+    message = deserialize_message(data, TFMessage)
+    message.transforms = [each for each in message.transforms if each.header.frame_id != "map"]
+    content: bytes = serialize_message(message)
+    return content
+
+
+def make(n: int, folder: Path, signals: Signals) -> bool:
     """Make the recording of run N; return whether it counts."""
-    _, data, faults = drawn_scenario(n)
+    data, faults = signals.head(n)
     scenario = folder / f"{n}.scenario.yaml"
     scenario.write_text(to_yaml(data), encoding="utf-8")
     whole, stripped = folder / f"{n}.whole.mcap", folder / f"{n}.mcap"
@@ -222,8 +283,10 @@ def make(n: int, folder: Path) -> bool:
         if outcome.began is not None
     ]
     counts = bool(began) and bool(violated or report.status != "success")
+    if not signals.has_faults:
+        counts = not violated and report.status == "success"
     if counts:
-        strip(whole, stripped)
+        strip(whole, stripped, signals, n)
         truth = {
             "run": n,
             "faults": [outcome.fault for outcome in report.faults],
@@ -265,6 +328,7 @@ def judge(n: int, folder: Path, site: Path, budget: int) -> dict[str, Any]:
     finally:
         gc.collect()
     named = {fault["name"] for fault in got["faults"]}
+    false = [fault["name"] for fault in got["faults"] if fault["name"] not in truth["began"]]
     violated = truth["violated"]
     simulated = got["verdict_simulated"]
     again = (
@@ -279,6 +343,7 @@ def judge(n: int, folder: Path, site: Path, budget: int) -> dict[str, Any]:
         "largest": got["path_error_m"]["largest"],
         "found": [f"{fault['name']} {fault['start']}..{fault['end']}" for fault in got["faults"]],
         "named": [kind in named for kind in truth["began"]],
+        "false": false,
         "simulated": simulated,
         "unexplained": got["unexplained"],
     }
@@ -292,12 +357,19 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("reproduced"))
     parser.add_argument("--make-only", action="store_true")
     parser.add_argument("--budget", type=int, default=12)
+    parser.add_argument("--nature")
+    parser.add_argument("--without-map", action="store_true")
+    parser.add_argument("--rough", action="store_true")
+    parser.add_argument("--without-faults", action="store_true")
     options = parser.parse_args()
+    signals = Signals(
+        options.nature, not options.without_map, options.rough, not options.without_faults
+    )
     folder: Path = options.folder
     folder.mkdir(parents=True, exist_ok=True)
     site = folder / "site.yaml"
     site.write_text(to_yaml({"requirements": SITE}), encoding="utf-8")
-    runs = _made(folder, options.first, options.count)
+    runs = _made(folder, options.first, options.count, signals)
     if options.make_only:
         return
     results = []
@@ -311,7 +383,7 @@ def main() -> None:
     _tell(results)
 
 
-def _made(folder: Path, first: int, wanted: int) -> list[int]:
+def _made(folder: Path, first: int, wanted: int, signals: Signals) -> list[int]:
     tried = folder / "tried.txt"
     done = set(map(int, tried.read_text().split())) if tried.exists() else set()
     prepare_middleware()
@@ -323,7 +395,7 @@ def _made(folder: Path, first: int, wanted: int) -> list[int]:
         if len(runs) == wanted or n > MOST_TRIES:
             return runs
         if n not in done:
-            make(n, folder)
+            make(n, folder, signals)
             with tried.open("a") as file:
                 file.write(f"{n}\n")
         if (folder / f"{n}.json").exists() and is_good(n, folder, known):
@@ -343,6 +415,9 @@ def _tell(results: list[dict[str, Any]]) -> None:
     if means:
         near = statistics.quantiles(means, n=4) if len(means) > 1 else means
         print(f"mean path difference, quartiles: {[round(value, 3) for value in near]} m")
+    false = Counter(kind for result in ran for kind in result["false"])
+    wrong = sum(bool(result["false"]) for result in ran)
+    print(f"falsely named: {false.total()} in {wrong} runs, {dict(false)}")
     kinds, missed = Counter[str](), Counter[str]()
     for result in ran:
         for kind, is_named in zip(result["began"], result["named"], strict=True):

@@ -71,8 +71,8 @@ class Comparison:
 
     @property
     def outcomes_agree(self) -> bool:
-        """Whether goals end in the same order in the same way."""
-        return list(self.recorded) == list(self.simulated)
+        """Whether goals end in the same order in the same way, if the recording has any."""
+        return not self.recorded or list(self.recorded) == list(self.simulated)
 
     @property
     def is_near(self) -> bool:
@@ -87,7 +87,8 @@ class Comparison:
         missing = set(self.wanted.violated) - set(self.got.violated)
         score += 0.5 * len(missing) + 0.5 * (self.wanted.outcome not in ("any", self.got.outcome))
         pairs = list(zip_longest(self.recorded, self.simulated))
-        score += 0.4 * sum(a != b for a, b in pairs) / max(len(pairs), 1)
+        if not self.outcomes_agree:
+            score += 0.4 * sum(a != b for a, b in pairs) / max(len(pairs), 1)
         late = [
             abs(event.recorded - event.simulated)
             for event in self.events
@@ -130,7 +131,9 @@ def _paths(
 
 
 def _events(recorded: Evidence, simulated: Evidence) -> list[Event]:
-    events = []
+    events: list[Event] = []
+    if not recorded.goals:  # those of the simulation are ours
+        return events
     for number, (a, b) in enumerate(zip_longest(recorded.goals, simulated.goals), 1):
         goal = a or b
         assert goal is not None, "one of them is the longer"

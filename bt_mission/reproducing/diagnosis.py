@@ -40,10 +40,10 @@ class Diagnosis:
 def diagnose(evidence: Evidence, robot: RobotModel) -> Diagnosis:
     """Return what went wrong in a recorded run, and where."""
     faults = [*silences(evidence), *frozen_faults(evidence), *battery_faults(evidence)]
-    around = surroundings(evidence, robot, _doubtful(faults, evidence))
+    around = surroundings(evidence, _doubtful(faults, evidence))
     seen = list(sight_faults(evidence, around))
     if seen and around.is_mapped:
-        around = surroundings(evidence, robot, _doubtful([*faults, *seen], evidence))
+        around = surroundings(evidence, _doubtful([*faults, *seen], evidence))
         seen = list(sight_faults(evidence, around))
     lost = [each for each in faults if each.name in LOST]
     faults += [each for each in seen if not any(_overlap(each, other) for other in lost)]

@@ -15,7 +15,7 @@ from bt_mission.core.geometry import yaw_of
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.reproducing.evidence import Evidence
 from bt_mission.reproducing.goals import SUCCEEDED, GoalTrace
-from bt_mission.reproducing.silences import IDLE_S, died_at
+from bt_mission.reproducing.silences import IDLE_S, died_at, spans_where
 
 LONGER = 3.0
 SHORTEST_LIMIT_S = 30.0
@@ -25,6 +25,10 @@ WAY_M = 0.15
 """A path without goals becomes waypoints from which it is not farther away."""
 NEAREST_M = 0.4
 USUAL_GAP_M = 0.3
+STILL_S, STILL_M_S, STILL_RAD_S = 0.5, 0.03, 0.05
+"""A robot that moves less in this time stands still."""
+REST_S = 1.0
+"""A shorter rest is a part of the way."""
 
 
 def mission_data(name: str, evidence: Evidence, robot: str) -> dict[str, Any]:
@@ -212,14 +216,29 @@ def _pose(message: DecodedMessage) -> list[float] | None:
 
 
 def _way(evidence: Evidence) -> list[dict[str, Any]]:
-    """Return waypoints along the path of a run that has no goals."""
-    return [
-        {
-            "navigate_through_poses": {"poses": way_between(evidence, 0.0, evidence.end_s)},
-            "name": "the way",
-            "timeout": round(max(SHORTEST_LIMIT_S, LONGER * evidence.end_s), 1),
-        }
-    ]
+    """Return waypoints along the path of a run that has no goals, and its rests."""
+    steps: list[dict[str, Any]] = []
+    rest_since = 0.0
+    for number, (begin, end) in enumerate(_drives(evidence), 1):
+        if begin - rest_since > PAUSE_S:
+            steps.append({"wait": round(begin - rest_since, 2)})
+        rest_since = end
+        steps.append(
+            {
+                "navigate_through_poses": {"poses": way_between(evidence, begin, end)},
+                "name": f"way {number}",
+                "timeout": round(max(SHORTEST_LIMIT_S, LONGER * (end - begin)), 1),
+            }
+        )
+    return steps or [{"wait": round(max(evidence.end_s, STILL_S), 2)}]
+
+
+def _drives(evidence: Evidence) -> list[tuple[float, float]]:
+    """Return the spans in which the robot drives, with longer rests between them."""
+    times = np.arange(0.0, max(evidence.end_s, STILL_S), STILL_S / 5)
+    ahead, aside, turn = evidence.track.motion(times, STILL_S)
+    drives = (np.hypot(ahead, aside) > STILL_M_S) | (np.abs(turn) > STILL_RAD_S)
+    return spans_where(times, drives, 2, gap_s=REST_S)
 
 
 def way_between(evidence: Evidence, begin: float, end: float) -> list[list[float]]:

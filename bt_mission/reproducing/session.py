@@ -421,6 +421,8 @@ def _name(path: Path) -> str:
 def _sentence(path: Path, comparison: Comparison) -> str:
     wanted = comparison.wanted
     end = f"{path.name} ends in {wanted.outcome}"
+    if wanted.outcome == "any":
+        end = f"{path.name} shows no outcome"
     if wanted.violated:
         names = ", ".join(f"'{name}'" for name in wanted.violated)
         end += f" and violates {names}"
@@ -445,7 +447,10 @@ def summary_lines(result: Reproduction) -> list[str]:
             f"  path difference: mean {comparison.mean:.3f} m, largest {comparison.largest:.3f} m"
         )
     same = "in the same order" if comparison.outcomes_agree else "in another order"
-    lines.append(f"  goals end {same}: {', '.join(comparison.simulated) or 'no goals'}")
+    if comparison.recorded:
+        lines.append(f"  goals end {same}: {', '.join(comparison.simulated) or 'no goals'}")
+    else:
+        lines.append("  the recording has no goals: the mission follows its path")
     for event in comparison.events:
         times = f"{_at(event.recorded)} recorded, {_at(event.simulated)} simulated"
         lines.append(f"  {event.what}: {times}")

@@ -21,9 +21,18 @@ from bt_mission.reproducing.tracing import Block, Disc, Segment, fit_disc
 
 MOST_SCANS = 1500
 NOISE_M, BIAS_M, BLIND_SHARE = 0.008, 0.025, 0.06
+NOISY_M, BIASED_M, LOST_SHARE = 0.03, 0.02, 0.1
+"""A lidar whose scans all differ more from the world is so by its nature, which is no fault."""
+SILENT_NOISE_M = 0.012
 LEAST_SCANS = 3
 NEW_M = 0.13
 """A point this far from all that stands still belongs to something that came."""
+EXACT_M, FAR_SHARE = 3.5, 0.04
+"""Ranges beyond this vary by this share of the rest, m; from there, rays miss thin things."""
+THROUGH_M = 0.2
+"""A ray that reaches so far past a place shows that nothing is there."""
+SEEN_THROUGH = 0.25
+"""A place is empty if something is there in a smaller share of scans."""
 CLUSTER_M = 0.16
 LEAST_POINTS = 3
 FOLLOWED_M = 0.4
@@ -191,10 +200,8 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[Diagnosed
     if sight is None or len(sight.times) < 2 * LEAST_SCANS:
         return
     step = float(np.median(np.diff(sight.times)))
-    usual_noise = float(np.median(sight.noise))
-    if usual_noise > 0.03:
-        usual_noise = min(usual_noise, 0.012)
-    noisy = sight.noise > 1.35 * usual_noise + NOISE_M / 2
+    usual_noise, spread = _usual(sight.noise, NOISY_M, SILENT_NOISE_M)
+    noisy = sight.noise > 1.35 * usual_noise + NOISE_M / 2 + spread
     for begin, end, lasting in _spans(evidence, sight, noisy, step):
         inside = (sight.times >= begin) & (sight.times <= end)
         level = float(np.median(sight.noise[inside]))
@@ -207,8 +214,9 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[Diagnosed
             None if lasting is None else round(end, 2),
         )
     usual_bias = float(np.median(sight.bias))
-    usual_bias = usual_bias if abs(usual_bias) < 0.02 else 0.0
-    off = np.abs(sight.bias - usual_bias) > BIAS_M
+    size, spread = _usual(np.abs(sight.bias), BIASED_M, 0.0)
+    usual_bias = math.copysign(size, usual_bias) if size else 0.0
+    off = np.abs(sight.bias - usual_bias) > BIAS_M + spread
     for begin, end, lasting in _spans(evidence, sight, off, step):
         inside = (sight.times >= begin) & (sight.times <= end)
         metres = round(float(np.median(sight.bias[inside])) - usual_bias, 2)
@@ -221,11 +229,23 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[Diagnosed
             round(begin - step / 2, 2),
             None if lasting is None else round(end, 2),
         )
-    usual_lost = float(np.median(sight.lost))
-    usual_lost = usual_lost if usual_lost < 0.2 else 0.0
-    blind = sight.lost > usual_lost + BLIND_SHARE
+    usual_lost, spread = _usual(sight.lost, LOST_SHARE, 0.0)
+    blind = sight.lost > usual_lost + BLIND_SHARE + spread
     for begin, end, lasting in _spans(evidence, sight, blind, step):
         yield _blind(sight, begin, end, lasting, step)
+
+
+def _usual(values: Floats, most: float, sound: float) -> tuple[float, float]:
+    """Return the usual value, and by how much values differ from it without a fault.
+
+    Args:
+        most: The median of a good lidar is smaller.
+        sound: Usual if the median is larger for a part of the run only; then a fault lasts long.
+    """
+    middle, low = float(np.median(values)), float(np.percentile(values, 10))
+    if middle < most:
+        return middle, 0.0
+    return (sound, 0.0) if low < most else (middle, 3 * (middle - low))
 
 
 def _spans(
@@ -332,7 +352,8 @@ def visitors(
             continue
         lidar = evidence.lidar_pose(scan)
         points, rays = points_of(scan, lidar)
-        new = around.distances(points) > NEW_M if len(points) else np.empty(0, np.bool_)
+        far = np.hypot(points[:, 0] - lidar.x, points[:, 1] - lidar.y) - EXACT_M
+        new = around.distances(points) > NEW_M + FAR_SHARE * np.maximum(far, 0.0)
         for cluster in _clusters(points[new], rays[new]):
             _follow(tracks, scan.time_s, cluster, (lidar.x, lidar.y))
     seen = [
@@ -342,11 +363,23 @@ def visitors(
     ]
     seen.sort(key=lambda track: track.times[0] - track.times[-1])
     several = [_visitor(evidence, track) for track in seen[: 4 * MOST_OBSTACLES]]
-    # A map of the same scans has what stood there from the start, so the rest is blur.
+    # A map of the same scans has what stood there all the time, so the rest is blur.
     plausible = [
-        each for each in several if not (around.is_mapped and each.was_there and not each.moves)
+        each
+        for each in several
+        if each is not None and not (around.is_mapped and not each.moves and _stays(evidence, each))
     ]
     return plausible[:MOST_OBSTACLES]
+
+
+def _stays(evidence: Evidence, thing: Visitor) -> bool:
+    """Return whether the place of a thing is never seen empty."""
+    place = np.array([thing.x, thing.y])
+    end = evidence.end_s if thing.end is None else thing.end
+    return thing.was_there or (
+        _presence(evidence, place, evidence.first_s, thing.start) >= SEEN_THROUGH
+        and _presence(evidence, place, end, evidence.end_s) >= SEEN_THROUGH
+    )
 
 
 def _clusters(points: Floats, rays: npt.NDArray[np.intp]) -> Iterator[Floats]:
@@ -380,10 +413,13 @@ def _follow(tracks: list[_Track], now: float, cluster: Floats, viewer: tuple[flo
     track.viewers.append(viewer)
 
 
-def _visitor(evidence: Evidence, track: _Track) -> Visitor:
+def _visitor(evidence: Evidence, track: _Track) -> Visitor | None:
+    """Return the thing of a track; None if it is not there most of the time."""
     places = np.array(track.places)
     places = _smoothed(np.array(track.times), places)
-    moves = float(np.hypot(*(places.max(axis=0) - places.min(axis=0)))) > MOVES_M
+    moves = _has_moved(evidence, track, places)
+    if not moves and _presence(evidence, np.median(places, axis=0), *_span(track)) < 0.5:
+        return None
     points = track.points[len(track.points) // 2] if moves else np.vstack(track.points)
     disc = fit_disc(points) if len(points) >= 6 else None
     viewer = np.mean(track.viewers, axis=0)
@@ -404,6 +440,37 @@ def _visitor(evidence: Evidence, track: _Track) -> Visitor:
         else [(start, x, y)]
     )
     return Visitor(start, end, x, y, radius, size, yaw, route, was_there, np.vstack(track.points))
+
+
+def _span(track: _Track) -> tuple[float, float]:
+    return track.times[0], track.times[-1]
+
+
+def _has_moved(evidence: Evidence, track: _Track, places: Floats) -> bool:
+    """Return whether its first place is empty at the end of a track, and its last one before.
+
+    The middle of what is seen of a long thing moves with the robot, too.
+    """
+    if float(np.hypot(*(places.max(axis=0) - places.min(axis=0)))) <= MOVES_M:
+        return False
+    first, last = _span(track)
+    early, late = first + (last - first) / 3, last - (last - first) / 3
+    return (
+        _presence(evidence, places[0], late, evidence.end_s) < SEEN_THROUGH
+        and _presence(evidence, places[-1], evidence.first_s, early) < SEEN_THROUGH
+    )
+
+
+def _presence(evidence: Evidence, place: Floats, begin: float, end: float) -> float:
+    """Return the share of scans between two times in which something is at a place; 1 of none."""
+    there = through = 0
+    for scan in evidence.scans:
+        if begin <= scan.time_s <= end:
+            past = _past(evidence, scan, (float(place[0]), float(place[1])))
+            if past is not None:
+                through += bool((past > THROUGH_M).sum() >= 2)
+                there += bool((np.abs(past) <= THROUGH_M).any())
+    return there / (there + through) if there + through else 1.0
 
 
 def _smoothed(times: Floats, places: Floats) -> Floats:
@@ -450,14 +517,21 @@ def _vanishes(evidence: Evidence, track: _Track, place: tuple[float, float]) -> 
 
 def _sees_through(evidence: Evidence, scan: SeenScan, place: tuple[float, float]) -> bool:
     """Return whether rays pass a place to what is behind it."""
+    past = _past(evidence, scan, place)
+    return past is not None and bool((past > THROUGH_M).sum() >= 2)
+
+
+def _past(evidence: Evidence, scan: SeenScan, place: tuple[float, float]) -> Floats | None:
+    """Return how far three rays reach past a place, m; None out of range."""
     lidar = evidence.lidar_pose(scan)
     distance = math.dist(place, (lidar.x, lidar.y))
     bearing = math.atan2(place[1] - lidar.y, place[0] - lidar.x) - lidar.yaw - scan.angle_min
     number = round((bearing % math.tau) / abs(scan.increment)) if scan.increment else 0
-    if number >= scan.ranges.size or distance > scan.range_max - 0.3:
-        return False
+    if number >= scan.ranges.size or distance > min(scan.range_max - 0.3, EXACT_M):
+        return None
     near = scan.ranges[[number - 1, number, (number + 1) % scan.ranges.size]]
-    return bool((near > distance + 0.2).sum() >= 2)
+    past: Floats = near.astype(np.float64) - distance
+    return past
 
 
 def visitor_faults(seen: Sequence[Visitor]) -> Iterator[DiagnosedFault]:

@@ -9,11 +9,9 @@ from typing import Any
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
-from action_servers.core.maneuver import Scan
-from action_servers.mapping.occupancy import OccupancyMapper
 from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import RobotModel
 from bt_mission.reproducing.evidence import Evidence, Floats, SeenScan, points_of
 from bt_mission.reproducing.tracing import Block, CellMap, Disc, Segment, Shape, trace
 
@@ -23,6 +21,17 @@ MOST_MAPPED = 1500
 HEIGHT = 0.5
 FLOOR_EDGE_M = 0.5
 STEP_M, STEP_RAD = 0.1, math.radians(6)
+CELL_M, LARGEST_M = 0.05, 100.0
+MAPPED_M = 8.0
+"""Farther points are too inexact for a map."""
+BLUR_M = 0.1
+"""Points of a wall lie so far from each other: noise, poses, and rays that graze it."""
+_BLUR = np.ones((5, 5), np.uint8)
+HIT, MISS, MOST_ODDS = 0.9, 0.55, 3.5
+OCCUPIED_ODDS, FREE_ODDS = 1.0, -1.1
+"""Two ends of rays make an unknown cell occupied; two rays that pass make it free."""
+LOST_RAYS = 0.25
+"""Cells of walls on each ray without a return, from which it is lost and not free."""
 CAME_AND_WENT = 0.6
 """A group of cells of which this share was free at another time is no part of the world."""
 
@@ -68,9 +77,7 @@ def keyframes(evidence: Evidence) -> list[SeenScan]:
     return kept
 
 
-def surroundings(
-    evidence: Evidence, robot: RobotModel, doubtful: Sequence[tuple[float, float]] = ()
-) -> Surroundings:
+def surroundings(evidence: Evidence, doubtful: Sequence[tuple[float, float]] = ()) -> Surroundings:
     """Return what stands still around a recorded run.
 
     Args:
@@ -87,7 +94,7 @@ def surroundings(
     if grid is not None and evidence.is_localised:
         cells = CellMap(grid.cells >= OCCUPIED_FROM, grid.resolution, grid.x, grid.y)
         return Surroundings(trace(cells, _thinned(cloud)), cloud, False, cells)
-    cells = _mapped(evidence, robot, doubtful)
+    cells = _mapped(evidence, doubtful)
     return Surroundings(trace(cells, _thinned(cloud), smallest=2), cloud, True, cells)
 
 
@@ -98,81 +105,113 @@ def _thinned(points: Floats) -> Floats:
     return points[:: max(1, len(points) // MOST_POINTS)]
 
 
-def _mapped(
-    evidence: Evidence, robot: RobotModel, doubtful: Sequence[tuple[float, float]]
-) -> CellMap:
+def _mapped(evidence: Evidence, doubtful: Sequence[tuple[float, float]]) -> CellMap:
     """Return a map of the scans, without what was there for a time only."""
-    lidar = robot.lidar.model_copy(
-        update={
-            "x": evidence.mount.x,
-            "y": evidence.mount.y,
-            "max_range": max((scan.range_max for scan in evidence.scans), default=3.5),
-            "min_range": min((scan.range_min for scan in evidence.scans), default=0.12),
-        }
-    )
-    mapper = OccupancyMapper(lidar)
     stride = max(1, len(evidence.scans) // MOST_MAPPED)
-    free, occupied = _Sheet(), _Sheet()
-    for number, scan in enumerate(evidence.scans[::stride]):
-        if any(begin <= scan.time_s <= end for begin, end in doubtful):
-            continue
-        pose = evidence.track.pose(scan.time_s)
-        mapper.add(
-            Scan(
-                scan.stamp_s,
-                scan.angle_min + evidence.mount.yaw,
-                scan.increment,
-                scan.range_min,
-                scan.range_max,
-                scan.ranges,
-            ),
-            pose,
-        )
-        if number % 10 == 0:
-            grid = mapper.grid()
-            free.mark(grid, grid.cells == 0)
-            occupied.mark(grid, grid.cells == 100)
-    if mapper.empty:
-        return CellMap(np.zeros((1, 1), np.bool_), 0.05, 0.0, 0.0)
-    grid = mapper.grid()
-    free.mark(grid, grid.cells == 0)
-    occupied.mark(grid, grid.cells == 100)
-    seen, was_free = occupied.on(grid), free.on(grid)
-    static = seen.copy()
-    labelled: Any = cv2.connectedComponents(seen.astype(np.uint8), connectivity=8)
-    for label in range(1, labelled[0]):
-        group = labelled[1] == label
-        if was_free[group].mean() > CAME_AND_WENT:
-            static &= ~group
-    static &= ~(was_free & (grid.cells == 0))
-    return CellMap(static, grid.resolution, grid.origin_x, grid.origin_y)
+    views = [
+        _View(scan, evidence.lidar_pose(scan))
+        for scan in evidence.scans[::stride]
+        if not any(begin <= scan.time_s <= end for begin, end in doubtful)
+    ]
+    if not any(len(view.ends) for view in views):
+        return CellMap(np.zeros((1, 1), np.bool_), CELL_M, 0.0, 0.0)
+    cells = _Cells(views)
+    static = cells.static()
+    if sum(cells.count_of(view.endless(), static) for view in views) < LOST_RAYS * sum(
+        view.endless_rays.size for view in views
+    ):  # else this lidar loses rays on surfaces, and they are not free
+        static = _Cells(views, with_endless=True).static()
+    return CellMap(static, CELL_M, *cells.corner)
 
 
-class _Sheet:
-    """Marks on cells of a map that grows."""
+class _View:
+    """A scan from a place: the ends of its rays, and the places that they pass, m."""
 
-    def __init__(self) -> None:
-        self._marks: set[tuple[int, int]] = set()
+    def __init__(self, scan: SeenScan, lidar: Pose2D) -> None:
+        self._scan, self.lidar = scan, lidar
+        points, _ = points_of(scan, lidar)
+        self._lengths = np.hypot(points[:, 0] - lidar.x, points[:, 1] - lidar.y)
+        near = self._lengths < MAPPED_M
+        self.ends, self._lengths = points[near], self._lengths[near]
+        self.endless_rays = np.flatnonzero(np.isposinf(scan.ranges))
 
-    def mark(self, grid: Any, cells: Any) -> None:
-        """Mark cells of a map as it is."""
-        row, column = self._first(grid)
-        rows, columns = np.nonzero(cells)
-        self._marks.update(zip((rows + row).tolist(), (columns + column).tolist(), strict=True))
+    def passed(self) -> Floats:
+        """Return places on rays, each up to the blur before its end."""
+        away = self.ends - (self.lidar.x, self.lidar.y)
+        bearings: Floats = np.arctan2(away[:, 1], away[:, 0])
+        return self._places(bearings, self._lengths - BLUR_M)
 
-    def on(self, grid: Any) -> Any:
-        """Return the marks on a map, as a mask."""
-        row, column = self._first(grid)
-        mask = np.zeros(grid.cells.shape, np.bool_)
-        if self._marks:
-            places = np.array(sorted(self._marks)) - (row, column)
-            inside = ((places >= 0) & (places < mask.shape)).all(axis=1)
-            mask[tuple(places[inside].T)] = True
-        return mask
+    def endless(self) -> Floats:
+        """Return places on rays without a return."""
+        scan = self._scan
+        rays = self.endless_rays.astype(np.float64)
+        bearings: Floats = self.lidar.yaw + scan.angle_min + scan.increment * rays
+        reach = min(scan.range_max, MAPPED_M) - BLUR_M
+        return self._places(bearings, np.full(len(bearings), reach))
 
-    @staticmethod
-    def _first(grid: Any) -> tuple[int, int]:
-        return round(grid.origin_y / grid.resolution), round(grid.origin_x / grid.resolution)
+    def _places(self, bearings: Floats, lengths: Floats) -> Floats:
+        steps = np.arange(self._scan.range_min, MAPPED_M, CELL_M)
+        rays, numbers = np.nonzero(steps < lengths[:, None])
+        away, angles = steps[numbers], bearings[rays]
+        x = self.lidar.x + away * np.cos(angles)
+        return np.column_stack((x, self.lidar.y + away * np.sin(angles)))
+
+
+class _Cells:
+    """Log-odds of cells, as the mapper of the robot has them, and the states that they have had.
+
+    Args:
+        views: In the order of time.
+        with_endless: Rays without a return make cells free.
+    """
+
+    def __init__(self, views: Sequence[_View], *, with_endless: bool = False) -> None:
+        ends = np.vstack([view.ends for view in views])
+        middle = np.median(ends, axis=0)
+        low = np.maximum(ends.min(axis=0), middle - LARGEST_M / 2) - BLUR_M
+        high = np.minimum(ends.max(axis=0), middle + LARGEST_M / 2) + BLUR_M
+        first = np.floor(low / CELL_M).astype(np.intp)
+        columns, rows = np.ceil(high / CELL_M).astype(np.intp) - first
+        self.corner = float(first[0] * CELL_M), float(first[1] * CELL_M)
+        self._odds = np.zeros((rows, columns), np.float32)
+        self._was_free = np.zeros((rows, columns), np.bool_)
+        self._was_occupied = np.zeros((rows, columns), np.bool_)
+        for view in views:
+            passed = view.passed()
+            self._add(view.ends, np.vstack((passed, view.endless())) if with_endless else passed)
+
+    def static(self) -> npt.NDArray[np.bool_]:
+        """Return the cells that were occupied, without those of things that came and went."""
+        static = self._was_occupied.copy()
+        labelled: Any = cv2.connectedComponents(static.astype(np.uint8), connectivity=8)
+        groups = labelled[1].ravel()
+        size = np.bincount(groups, minlength=labelled[0])
+        free = np.bincount(groups, self._was_free.ravel(), minlength=labelled[0])
+        static &= (free <= CAME_AND_WENT * size)[labelled[1]]
+        static &= ~(self._was_free & (self._odds <= FREE_ODDS))
+        return static
+
+    def count_of(self, places: Floats, cells: npt.NDArray[np.bool_]) -> int:
+        """Return how many of these cells are at the places."""
+        return int((self._marked(places).astype(np.bool_) & cells).sum())
+
+    def _add(self, ends: Floats, clear: Floats) -> None:
+        """Add a scan. A ray does not free cells beside the ends of others: walls are blurred."""
+        struck, passed = self._marked(ends), self._marked(clear)
+        passed &= cv2.dilate(struck, _BLUR) == 0
+        self._odds += HIT * struck - MISS * passed
+        np.clip(self._odds, -MOST_ODDS, MOST_ODDS, out=self._odds)
+        self._was_free |= self._odds <= FREE_ODDS
+        self._was_occupied |= self._odds >= OCCUPIED_ODDS
+
+    def _marked(self, places: Floats) -> npt.NDArray[np.uint8]:
+        marks = np.zeros(self._odds.shape, np.uint8)
+        cells = np.floor((places - self.corner) / CELL_M).astype(np.intp)
+        columns, rows = cells[:, 0], cells[:, 1]
+        inside = (rows >= 0) & (columns >= 0)
+        inside &= (rows < marks.shape[0]) & (columns < marks.shape[1])
+        marks[rows[inside], columns[inside]] = 1
+        return marks
 
 
 # ---- as a file -------------------------------------------------------------------------------

@@ -42,12 +42,13 @@ class RobotBag:
         }
         self._write(time_s, "odom", ODOMETRY, message)
 
-    def scan(self, time_s: float, ranges: Sequence[float]) -> None:
-        """Add a scan; the lidar reaches from 0.1 m to 10 m."""
-        figures = ("angle_min", "angle_max", "angle_increment", "time_increment", "scan_time")
+    def scan(self, time_s: float, ranges: Sequence[float], *, increment: float = 0.0) -> None:
+        """Add a scan from straight ahead on; the lidar reaches from 0.1 m to 10 m."""
+        figures = ("angle_min", "angle_max", "time_increment", "scan_time")
         message = {
             "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "base_scan"},
             **dict.fromkeys(figures, 0.0),
+            "angle_increment": increment,
             "range_min": 0.1,
             "range_max": 10.0,
             "ranges": list(ranges),
