@@ -16,6 +16,7 @@ from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, ref
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
+    from bt_mission.faults.live import LiveFaults
     from bt_mission.faults.located import WrittenFault
     from bt_mission.fleets.plan import FleetPlan
     from bt_mission.language.mission import Mission
@@ -83,13 +84,19 @@ class MissionPlan:
         with self.scenario.at_its_start() if self.scenario else nullcontext():
             return Stage(self.mission, image_folder=options.images, say=_unsaid, options=chosen)
 
-    def preparing(self, session: Any) -> AbstractContextManager[Summarize]:
-        """Have the faults and the scenario's end begin at their times."""
+    def preparing(
+        self, session: Any, live: LiveFaults | None = None
+    ) -> AbstractContextManager[Summarize]:
+        """Have the faults and the scenario's end begin at their times.
+
+        Args:
+            live: Makes the faults of viewers.
+        """
         if self.scenario is not None:
             from bt_mission.scenarios.run import stop_at
 
             stop_at(session, self.scenario.limit)
-        return _with_faults(session, self.faults, lambda reports: reports[0])
+        return _with_faults(session, self.faults, lambda reports: reports[0], live)
 
     def judge(self, summary: Any) -> ScenarioResult | None:
         """Compare the report with what the scenario expects; None without a scenario."""
@@ -126,8 +133,10 @@ class FleetRunPlan:
             options=_stage_options(options, self.fleet.stage_options, self.faults),
         )
 
-    def preparing(self, session: Any) -> AbstractContextManager[Summarize]:
-        """Have the faults begin at their times."""
+    def preparing(
+        self, session: Any, _live: LiveFaults | None = None
+    ) -> AbstractContextManager[Summarize]:
+        """Have the faults begin at their times; viewers make none."""
         session.facts["fleet"] = self.fleet.name
         from bt_mission.fleets.run import fleet_report
 
@@ -210,8 +219,13 @@ def _stage_options(
         editable=options.editable,
         network=options.network,
         watched=options.tui or options.web or options.foxglove,
-        props=_obstacles() if faults else own.props,
+        props=_obstacles() if faults or takes_faults(options) else own.props,
     )
+
+
+def takes_faults(options: argparse.Namespace) -> bool:
+    """Return whether viewers of a simulated run can make faults."""
+    return bool(options.web and not options.read_only and not options.attach)
 
 
 def _obstacles() -> int:
@@ -228,7 +242,10 @@ def _exit_code(summary: Summary) -> int:
 
 @contextmanager
 def _with_faults(
-    session: Any, faults: Sequence[WrittenFault], summarize: Summarize
+    session: Any,
+    faults: Sequence[WrittenFault],
+    summarize: Summarize,
+    live: LiveFaults | None = None,
 ) -> Iterator[Summarize]:
     """Have faults begin in a session; gives what makes its summary, with what became of them."""
     if not faults:
@@ -236,7 +253,7 @@ def _with_faults(
         return
     from bt_mission.faults.located import planned_on
 
-    with planned_on(session, faults) as with_outcomes:
+    with planned_on(session, faults, live.target if live else None) as with_outcomes:
         yield lambda reports: summarize(
             tuple(
                 with_outcomes(report, run.name)

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 from bt_mission.cli import recording
 from bt_mission.cli.foxglove import foxglove_on
-from bt_mission.cli.run_plan import RunPlan, Summarize, Summary
+from bt_mission.cli.run_plan import RunPlan, Summarize, Summary, takes_faults
 from bt_mission.cli.view import windows
 from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web_server
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.faults.live import LiveFaults
     from bt_mission.sessions.drive import Reports, Steps
     from bt_mission.sessions.session import Session
     from bt_mission.sessions.view import View
@@ -43,7 +44,8 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
         session = stack.enter_context(plan.open(options))
         for node in options.pause_before:
             session.executive.breakpoints.add(node)
-        summarize = stack.enter_context(plan.preparing(session))
+        live = _live_faults(options, session)
+        summarize = stack.enter_context(plan.preparing(session, live))
         stack.enter_context(foxglove_on(options, session))
         if not on_page:
             name = session.node.get_fully_qualified_name()
@@ -57,7 +59,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
         steps = with_end(driving(session, onlookers, interrupts, speed=pace(options)), end)
         settle_memory()
         if on_page:
-            summary = shown_on_page(options, session, steps, interrupts, pace(options))
+            summary = shown_on_page(options, session, steps, interrupts, pace(options), live=live)
         elif on_screen:
             summary = _on_screen(session, steps, interrupts)
         else:
@@ -67,6 +69,16 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
         # Before the session is taken down: of 16 robots that takes seconds.
         _print(options, plan, summary, kept)
         return summary
+
+
+def _live_faults(options: argparse.Namespace, session: Session) -> LiveFaults | None:
+    """Return what makes the faults of viewers, of a robot alone in a simulation."""
+    if not takes_faults(options) or len(session.runs) > 1:
+        return None
+    from bt_mission.faults.live import LiveFaults
+    from bt_mission.sessions.stage import Stage
+
+    return LiveFaults(session) if isinstance(session, Stage) else None
 
 
 def _ending(
@@ -126,10 +138,14 @@ def shown_on_page(
     interrupts: InterruptSignals,
     speed: float | None,
     until_ns: int = 0,
+    live: LiveFaults | None = None,
 ) -> Ended:
     """Run a session shown to browsers, one mission at a time.
 
     The page is served from `until_ns` on, an instant of ROS time, and shows what was before.
+
+    Args:
+        live: Makes the faults that pages ask for.
     """
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.drive import StepDriver
@@ -147,6 +163,7 @@ def shown_on_page(
             graph.name,
             lambda: ENDED if driver.result else "",
             is_fleet=len(session.runs) > 1,
+            faults=live,
         )
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         while session.now_ns < until_ns and not driver.is_over:

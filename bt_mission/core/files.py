@@ -164,7 +164,12 @@ def is_file(path: Path) -> bool:
 
 def kind_of(path: str | Path) -> FileKind:
     """Return the kind of a file, by its top-level keys; a mission by default."""
-    keys = frozenset(_TOP_KEY.findall(text_to_look_at(path)))
+    return kind_of_text(text_to_look_at(path))
+
+
+def kind_of_text(text: str) -> FileKind:
+    """Return the kind of the text of a file."""
+    keys = frozenset(_TOP_KEY.findall(text))
     return next((kind for kind, known in _KEYS.items() if keys & known), "mission")
 
 

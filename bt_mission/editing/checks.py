@@ -22,6 +22,12 @@ PERMISSIONS = Permissions(python="name", hint="'bt-mission check --import-python
 """A check runs no code of a mission."""
 
 
+_MISSION = "\nmission: trees\ntree: {wait: 0}\n"
+"""Behind a file of trees, which missions include: it is checked as a mission."""
+_NEVER_USED = "BT-231"
+"""A tree without a use: missions that include the file have them."""
+
+
 def check_text(text: str, path: Path, kind: FileKind) -> tuple[Diagnostic, ...]:
     """Return every error and warning of the text of a file, which need not exist."""
     try:
@@ -33,7 +39,12 @@ def check_text(text: str, path: Path, kind: FileKind) -> tuple[Diagnostic, ...]:
 
 
 def _mission(document: Document) -> tuple[Diagnostic, ...]:
-    return examine(document, permissions=PERMISSIONS)[1]
+    head = document.data if isinstance(document.data, Mapping) else {}
+    if "trees" not in head or {"mission", "tree"} & head.keys():
+        return examine(document, permissions=PERMISSIONS)[1]
+    document = read_text("\n".join(document.lines) + _MISSION, document.file)
+    diagnostics = examine(document, permissions=PERMISSIONS)[1]
+    return tuple(each for each in diagnostics if each.code != _NEVER_USED)
 
 
 def _scenario(document: Document) -> tuple[Diagnostic, ...]:

@@ -123,10 +123,15 @@ def faults_in_texts(texts: Sequence[str], robots: Sequence[str] = ()) -> tuple[W
 
 
 def planned_on(
-    stage: Stage, written: Sequence[WrittenFault]
+    stage: Stage, written: Sequence[WrittenFault], target: FaultTarget | None = None
 ) -> AbstractContextManager[WithOutcomes]:
-    """Have faults begin on a stage that no test moves on: see :func:`planned_in`."""
-    return planned_in([StageTarget(stage, run) for run in stage.runs], written)
+    """Have faults begin on a stage that no test moves on: see :func:`planned_in`.
+
+    Args:
+        target: Its only robot, if that has faults of another source, too.
+    """
+    targets = [StageTarget(stage, run) for run in stage.runs] if target is None else [target]
+    return planned_in(targets, written)
 
 
 @contextmanager

@@ -92,6 +92,7 @@ class RunRecorder(Onlooker):
         self._looked_ns = session.now_ns
         self._pending: list[tuple[int, bytes]] = []
         self._has_head = False
+        self._noted_faults: list[str] = []
         self._start_ns = session.now_ns
         clock = session.node.get_parameter("use_sim_time")
         self._follows_clock = bool(clock.value) and not session.inside()
@@ -151,6 +152,8 @@ class RunRecorder(Onlooker):
         for mission in self._missions:
             mission.look(now_ns)
         self._hand_over()
+        if self._has_head and self._faults != self._noted_faults:
+            self._note_facts()
         if is_due:
             self._looked_ns = now_ns
             self._look_around()
@@ -267,6 +270,25 @@ class RunRecorder(Onlooker):
     def _write_head(self, now_ns: int) -> None:
         """Write the facts of the run, at the first known instant."""
         self._has_head, self._start_ns, session = True, now_ns, self._session
+        self._note_facts()
+        texts = {
+            (name, text): "text/plain"
+            for run in session.runs
+            for name, text in files_of(run.mission)
+        }
+        texts |= dict.fromkeys(session.files.items(), "application/yaml")
+        for (name, text), kind in texts.items():
+            self.file.attach(name, kind, text.encode(), self._start_ns)
+        self._missions[0].attach_simulation(self.file, self._start_ns)
+
+    @property
+    def _faults(self) -> list[str]:
+        """The faults of each run, as its facts have them."""
+        return [run.facts.get("faults", "") for run in self._session.runs]
+
+    def _note_facts(self) -> None:
+        """Write the facts of the runs; of several notes with one name the last one counts."""
+        self._noted_faults, session = self._faults, self._session
         is_fleet = len(session.runs) > 1
         facts = [
             {**facts_of(run, self._start_ns), **session.facts, **run.facts, **mission.facts}
@@ -278,15 +300,6 @@ class RunRecorder(Onlooker):
         self.file.note(FACTS, {**facts[0], **names})
         for mission, of_mission in zip(self._missions, facts if is_fleet else (), strict=False):
             self.file.note(note_of(FACTS, mission.name), of_mission)
-        texts = {
-            (name, text): "text/plain"
-            for run in session.runs
-            for name, text in files_of(run.mission)
-        }
-        texts |= dict.fromkeys(session.files.items(), "application/yaml")
-        for (name, text), kind in texts.items():
-            self.file.attach(name, kind, text.encode(), self._start_ns)
-        self._missions[0].attach_simulation(self.file, self._start_ns)
 
     def _look_around(self) -> None:
         self._topics.look_around()

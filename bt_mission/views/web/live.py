@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages
@@ -15,6 +16,9 @@ from bt_mission.views.web.board import Board, put_state, touched_by
 from bt_mission.views.web.encoding import ROBOT_PARTS
 from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.pictures import jpeg_of
+
+if TYPE_CHECKING:
+    from bt_mission.faults.live import LiveFaults
 
 CHECK_S = 1.0
 """Wall time between two searches for executives, once one is attached."""
@@ -48,6 +52,7 @@ class LiveMission:
         name: The executive to watch; None takes the only one, or has a page choose.
         refusal: Returns why no request is possible any more; empty as long as requests are.
         is_fleet: Offer the choice of another executive as long as there are several.
+        faults: Makes the faults that pages ask for; None where none can be made.
     """
 
     def __init__(
@@ -57,6 +62,7 @@ class LiveMission:
         refusal: Callable[[], str] = lambda: "",
         *,
         is_fleet: bool = False,
+        faults: LiveFaults | None = None,
     ) -> None:
         self.board = Board()
         self.picture: tuple[int, bytes] | None = None
@@ -66,6 +72,7 @@ class LiveMission:
         self._graph = graph
         self._attachment = Attachment(graph, name)
         self._refusal = refusal
+        self._faults = faults
         self._watched = WatchedMission()
         self._notices = 0
         self._wall, self._since_check = Stopwatch(), Stopwatch()
@@ -106,6 +113,7 @@ class LiveMission:
         if panels.map:
             self.board.show_robot(watched.mission, ROBOT_PARTS if self._has_moved else ())
             self._has_moved = False
+        self._show_faults()
         self._put_state()
 
     def perform(self, request: PageRequest) -> None:
@@ -121,11 +129,25 @@ class LiveMission:
             self._say(refusal)
         elif source is None:
             self._say("no executive is watched yet")
+        elif request.do == "fault":
+            self._make_fault(request.name)
         elif request.do == "breakpoint":
             if (wish := self._watched.toggled_breakpoint(request.node)) is not None:
                 source.send(wish)
         else:
             source.send(ControlRequest(VERBS[request.do]))
+
+    def _make_fault(self, text: str) -> None:
+        if self._faults is None:
+            self._say("only a simulated run of one robot takes faults, and no fork")
+        else:
+            self._faults.make(text)
+
+    def _show_faults(self) -> None:
+        if self._faults is not None:
+            self.board.put("faults", [[text, at] for text, at in self._faults.begun])
+            for line in self._faults.take_lines():
+                self._say(line)
 
     def _show_image(self, image: messages.CameraImage | None) -> None:
         """Keep a picture for the pages, a few times a second at most."""

@@ -20,6 +20,7 @@ CONTROLS: Mapping[str, str] = {
     "stop": "",
     "breakpoint": "node",
     "attach": "name",
+    "fault": "name",
 }
 """Requests that change something for all viewers, with their fields."""
 

@@ -21,7 +21,7 @@ from bt_mission.core import files
 from bt_mission.core.children import Child, Spare
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import FileKind, kind_of
+from bt_mission.core.files import kind_of_text
 from bt_mission.core.html.pages import render
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import MAX_BYTES
@@ -30,6 +30,7 @@ from bt_mission.editing.checks import check_text
 from bt_mission.editing.completion import completion, definition, hover
 from bt_mission.editing.fault_forms import OUTCOMES, fault_kinds, fault_text, scenario_text
 from bt_mission.editing.merge import hunks
+from bt_mission.editing.new_files import NEW_FILES
 from bt_mission.editing.plan import plan_of
 from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
@@ -236,12 +237,13 @@ class EditServer(PageServer):
     def _look_at(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the marks and the nodes of a text."""
         text, path = _text(asked, "text"), self._workspace.path(_text(asked, "name"))
-        kind = _kind(path)
+        kind = kind_of_text(text)
         units = _units(text)
         notes = marks(check_text(text, path, kind), text, path)
         for mark in notes:
             mark["from"], mark["to"] = units(mark["from"]), units(mark["to"])
-        return {"marks": notes, "boxes": _boxes(text) if kind == "mission" else [], "lost": ""}
+        shown = _boxes(text) if kind == "mission" else []
+        return {"kind": kind, "marks": notes, "boxes": shown, "lost": ""}
 
     def _complete(self, asked: dict[str, Any]) -> dict[str, Any]:
         text, offset = _placed(asked)
@@ -258,7 +260,7 @@ class EditServer(PageServer):
     def _plan(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the plan of the world of a text."""
         path = self._workspace.path(_text(asked, "name"))
-        return {"plan": plan_of(_text(asked, "text"), path, _kind(path))}
+        return {"plan": plan_of(_text(asked, "text"), path, kind_of_text(_text(asked, "text")))}
 
     def _scenario(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the scenario file of a mission with faults, with its errors, or write it."""
@@ -352,7 +354,7 @@ class EditServer(PageServer):
         self._refuse_read_only()
         trial = self._workspace.trial(_text(asked, "name"), _text(asked, "text"), command)
         spare = None
-        if command in ("run", "fork") and "--editable" not in words:  # others find an editable one
+        if command in ("run", "fork"):
             spare, self._spare = self._spare, None
         return Child(trial, (command, *words, str(trial)), spare)
 
@@ -369,10 +371,6 @@ class EditServer(PageServer):
             await socket.close(1013, "no mission runs")
             return
         await relay(socket, run.link)
-
-
-def _kind(path: Path) -> FileKind:
-    return kind_of(path) if path.exists() else "mission"
 
 
 def _faults(asked: Mapping[str, Any]) -> list[str]:
@@ -401,7 +399,7 @@ def _on_page(asked: dict[str, Any]) -> list[str]:
 
 def _vocabulary() -> dict[str, Any]:
     named = {"worlds": files.names("worlds"), "robots": files.names("robots")}
-    return {**as_json(), **named}
+    return {**as_json(), **named, "new_files": list(NEW_FILES.items())}
 
 
 async def _body(request: Request) -> dict[str, Any]:

@@ -43,7 +43,7 @@ const tree = new Tree(store, (index) => {
   drawSoon();
 });
 const drawing = new Drawing((box) => { if (tree.selected !== box.index) tree.select(box.index); });
-const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
+const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }), (fault) => ask({ do: "fault", name: fault }));
 const camera = new CameraView((isOn) => ask({ do: "camera", is_on: isOn }));
 const log = new LogPanel(store);
 const fork = new ForkPanel(store, () => ask({ do: "play" }), say);
@@ -123,6 +123,8 @@ function draw() {
   if (has("requirements", "values_are_new", "tree")) drawRequirements(store);
   if (has("variables", "values_are_new", "tree")) drawVariables(store, charted, chart);
   if (has("variables", "series", "replay", "tick", "past")) drawChart(store, charted);
+  if (has("faults", "state")) byId("map-tool").hidden = !store.parts.faults || Boolean(store.parts.is_read_only) || store.isOver;
+  if (fresh.has("faults")) map.draw();
   if (fresh.has("robot")) {
     if ("grid" in store.robot && store.robot.grid !== map.grid) { map.grid = store.robot.grid; map.takeGrid(); }
     map.draw();

@@ -78,8 +78,16 @@ function showState() {
 function changed(isAct) {
   checkSoon();
   if (drawing.findings.size) drawing.tell({ findings: new Map() });
+  offerTexts();
   if (!isAct && outlines.has(text.text)) showBoxes(outlines.get(text.text));
   showState();
+}
+
+// An empty file can begin as each kind of file.
+function offerTexts() {
+  const isEmpty = !text.text.trim() && at.name && at.leads && !at.isReadOnly;
+  if (!isEmpty) banner("begin", "");
+  else if (!byId("banner-begin")) banner("begin", "This file is empty. Begin with:", vocabulary.new_files.map(([name, written]) => [name, () => { text.replace(written); text.view.focus(); }]));
 }
 
 function checkSoon(delay = CHECK_MS) {
@@ -101,10 +109,19 @@ async function check() {
   if (answer.error) { refuse(answer.error); return; }
   at.marks = answer.marks;
   text.mark(answer.marks);
+  await becomeKind(answer.kind);
   banner("lost", answer.lost && `Unsaved text cannot be kept beside the file: ${answer.lost}`, [], true);
   showBoxes(answer.boxes);
   showProblems();
   showState();
+}
+
+// A text that becomes another kind of file is shown as one.
+async function becomeKind(kind) {
+  if (kind === at.kind || !text.text.trim()) return;
+  at.kind = kind;
+  plan.plan = null;
+  await showMap(isWorld());
 }
 
 // Acts that wait show a later drawing already.
@@ -336,16 +353,29 @@ async function showMap(isWanted) {
     await showPlan();
     return;
   }
-  if (!faults) {
-    const { kinds } = await ask("faults");
-    const instant = () => { const [shown, refusal] = runs.instant(); return refusal ? 0 : Math.round(shown * 100) / 100; };
-    faults = new FaultList(kinds, instant, () => plan.mark(faults.faults), refuse);
-  }
+  await needFaults();
   plan.chosen = "";
   await showPlan();
   faults.show();
   plan.mark(faults.faults);
   byId("plan").focus();
+}
+
+async function needFaults() {
+  if (faults) return;
+  const { kinds } = await ask("faults");
+  const instant = () => { const [shown, refusal] = runs.instant(); return refusal ? 0 : Math.round(shown * 100) / 100; };
+  const make = (fault) => (runs.isPlaying ? runs.make(fault) : refuse("Run the mission first: 'Now' is for a run that plays."));
+  faults ??= new FaultList(kinds, instant, make, () => plan.mark(faults.faults), refuse);
+}
+
+// Faults that began by a click are those of the run, and those of the next one.
+async function takeFaults(begun) {
+  const isNew = (one) => !runs.faults.includes(one.text);
+  const more = begun.filter(isNew);
+  runs.faults = [...runs.faults, ...more.map((one) => one.text)];
+  await needFaults();
+  faults.take(more.filter((one) => !faults.texts.includes(one.text)));
 }
 
 // Shows the scenario file of the mission with the faults, and writes it.
@@ -407,6 +437,7 @@ async function openFile(name) {
     ]);
   }
   await showMap(isWorld());
+  offerTexts();
   byId("files").value = name;
   location.hash = encodeURIComponent(name);
   await share();
@@ -609,7 +640,7 @@ async function begin() {
     const ran = [...statuses].filter(([path, status]) => paths.has(path) && status !== "idle");
     const stops = [...paths].filter(([path, key]) => breakpoints.some((one) => one === path || one === drawing.byKey.get(key).name));
     drawing.tell({ statuses: new Map(ran.map(([path, status]) => [paths.get(path), status])), stops: new Set(stops.map(([, key]) => key)) });
-  }, refuse);
+  }, (begun) => takeFaults(begun).catch((error) => refuse(error.message)), refuse);
   plan = new Plan(
     (...place) => (isWorld() ? world : faults).place(...place),
     (path, begin, end) => { if (isWorld()) world.drop(path, begin, end); else faults.place(...end); },

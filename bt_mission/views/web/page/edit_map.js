@@ -233,9 +233,10 @@ export class WorldEditor {
 
 // The faults of the next run: a form that writes them, and their list.
 export class FaultList {
-  // instant(): the time at which a fault begins by default. onChange(). onError(text).
-  constructor(kinds, instant, onChange, onError) {
-    Object.assign(this, { kinds, instant, onChange, onError, faults: [] });
+  // instant(): the time at which a fault begins by default. make(fault): makes one in the run that
+  // plays. onChange(). onError(text).
+  constructor(kinds, instant, make, onChange, onError) {
+    Object.assign(this, { kinds, instant, make, onChange, onError, faults: [] });
     this.form = byId("plan-form");
     this.form.addEventListener("submit", (event) => { event.preventDefault(); if (this.isShown) this.add(); });
   }
@@ -264,7 +265,10 @@ export class FaultList {
     begins.setAttribute("aria-label", "Seconds, or a condition");
     const add = element("button", "primary", "Add");
     add.type = "submit";
-    const title = element("div", "title", choice, element("span", "when", when, begins), add, element("span", "", kind.text));
+    const now = element("button", "", "Now");
+    Object.assign(now, { type: "button", title: "Make this fault in the run that plays" });
+    now.addEventListener("click", () => this.makeNow());
+    const title = element("div", "title", choice, element("span", "when", when, begins), add, now, element("span", "", kind.text));
     delete this.form.dataset.shown;
     this.form.replaceChildren(title, element("div", "fields", ...kind.fields.map((one) => fieldRow(one))));
     this.list();
@@ -277,17 +281,35 @@ export class FaultList {
     this.form.querySelector("button").focus();
   }
 
-  async add() {
+  // The fault of the form, as text; null after an error.
+  async written(begins) {
     const { elements } = this.form;
     const kind = this.kinds.find((one) => one.name === elements.fault.value);
     const values = Object.fromEntries(kind.fields.map(({ name }) => [name, elements[name].value.trim()]).filter(([, value]) => value));
-    const answer = await ask("fault", { begins: `${elements.word.value} ${elements.begins.value.trim()}`, fault: kind.name, values });
-    if (answer.error) { this.onError(answer.error); return; }
-    this.faults.push(answer);
+    const answer = await ask("fault", { begins, fault: kind.name, values });
+    if (!answer.error) return answer;
+    this.onError(answer.error);
+    return null;
+  }
+
+  async add() {
+    const { elements } = this.form;
+    const fault = await this.written(`${elements.word.value} ${elements.begins.value.trim()}`);
+    if (!fault) return;
     if (elements.at) elements.at.value = "";
+    this.take([fault]);
+    byId("plan").focus();
+  }
+
+  async makeNow() {
+    const fault = await this.written("at 0");
+    if (fault) this.make(fault.text.slice(fault.text.indexOf(": ") + 2));
+  }
+
+  take(faults) {
+    this.faults.push(...faults);
     this.list();
     this.onChange();
-    byId("plan").focus();
   }
 
   list() {

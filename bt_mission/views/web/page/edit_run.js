@@ -8,9 +8,10 @@ const POLL_MS = 50;
 const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
 export class RunPane {
-  // onStatuses(statuses of paths, breakpoints): those of a run. onError(text).
-  constructor(onStatuses, onError) {
-    Object.assign(this, { onStatuses, onError, number: 0, socket: null, text: null, faults: [] });
+  // onStatuses(statuses of paths, breakpoints): those of a run. onFaults(faults): those that began
+  // by a click in the run. onError(text).
+  constructor(onStatuses, onFaults, onError) {
+    Object.assign(this, { onStatuses, onFaults, onError, number: 0, socket: null, text: null, faults: [] });
     byId("run-stop").addEventListener("click", () => this.stop());
   }
 
@@ -81,6 +82,14 @@ export class RunPane {
     await ask("run", { stop: true });
   }
 
+  get isPlaying() { return this.socket !== null && ["running", "paused"].includes(this.status); }
+
+  // Makes a fault in the run that plays.
+  make(fault) {
+    this.isAsking = true;
+    this.socket.send(JSON.stringify({ do: "fault", name: fault }));
+  }
+
   // Reads the statuses of the nodes of the mission's own tree.
   watch() {
     const url = new URL("run/live", location.href);
@@ -93,6 +102,8 @@ export class RunPane {
     socket.onmessage = (event) => {
       if (typeof event.data !== "string") return;
       const changes = JSON.parse(event.data);
+      if (changes.notice?.[1] && this.isAsking) { this.isAsking = false; if (!changes.faults) this.onError(changes.notice[1]); }
+      if (changes.faults?.length) this.onFaults(changes.faults.map(([text, place]) => ({ text, at: place })));
       if (changes.source) this.executive = changes.source;
       if (changes.tree) paths = changes.tree.nodes.map((node) => node[3]);
       for (const [index, status] of changes.nodes ?? []) statuses.set(paths[index], STATUSES[status]);

@@ -5,11 +5,12 @@ import { byId, goalStatus } from "./words.js";
 const MARGIN = 0.3;
 const LEAST = 3;
 const ROBOT = 0.18;
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 export class MapView {
-  // ask(isOpen): called when the panel is opened or closed.
-  constructor(store, ask) {
-    this.store = store;
+  // ask(isOpen): called when the panel is opened or closed. make(fault): one is to begin now.
+  constructor(store, ask, make) {
+    Object.assign(this, { store, make, cross: null, scaling: null });
     this.canvas = byId("map");
     this.toggle = byId("map-toggle");
     this.walls = null;
@@ -22,6 +23,43 @@ export class MapView {
       this.draw();
     });
     new ResizeObserver(() => this.draw()).observe(this.canvas);
+    this.tool = byId("map-tool");
+    this.tool.addEventListener("change", () => this.takeTool());
+    this.canvas.addEventListener("click", (event) => {
+      if (!this.tool.value || !this.scaling) return;
+      const frame = this.canvas.getBoundingClientRect();
+      this.cross = this.scaling.back(event.clientX - frame.left, event.clientY - frame.top);
+      this.put();
+    });
+    this.canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // With a tool the map can have the focus: its arrows move a cross, and Enter places.
+  takeTool() {
+    const isOn = Boolean(this.tool.value);
+    this.canvas.classList.toggle("places", isOn);
+    this.canvas.setAttribute("role", isOn ? "application" : "img");
+    if (isOn) this.canvas.tabIndex = 0; else this.canvas.removeAttribute("tabindex");
+    this.cross = isOn ? (this.store.robot.pose ?? [0, 0]).slice(0, 2) : null;
+    if (isOn) this.canvas.focus();
+    this.draw();
+  }
+
+  key(event) {
+    if (!this.cross || event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrow = ARROWS[event.key];
+    if (arrow) this.cross = this.cross.map((at, axis) => at + arrow[axis] * (event.shiftKey ? 0.01 : 0.1));
+    else if (event.key === "Enter") this.put();
+    else if (event.key === "Escape") { this.tool.value = ""; this.takeTool(); this.tool.focus(); }
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.draw();
+  }
+
+  put() {
+    this.make(`${this.tool.value} at (${this.cross.map((at) => at.toFixed(2)).join(", ")})`);
+    this.draw();
   }
 
   // The map as a picture, a pixel for each cell.
@@ -79,7 +117,8 @@ export class MapView {
 
   draw() {
     if (!this.isOpen) return;
-    const { canvas, store: { robot } } = this;
+    const { canvas, store } = this;
+    const { robot } = store;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
     if (!width || !height) return;
@@ -101,6 +140,7 @@ export class MapView {
     const scale = Math.min(width / Math.max(right - left + 2 * MARGIN, LEAST), height / Math.max(high - low + 2 * MARGIN, LEAST));
     const x = (at) => width / 2 + (at - (left + right) / 2) * scale;
     const y = (at) => height / 2 - (at - (low + high) / 2) * scale;
+    this.scaling = { back: (px, py) => [(px - width / 2) / scale + (left + right) / 2, (low + high) / 2 - (py - height / 2) / scale] };
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(`--${name}`).trim();
     if (this.walls) this.drawWalls(context, x, y, scale);
@@ -123,6 +163,8 @@ export class MapView {
       context.fillText(name, x(pose[0]) + 8, y(pose[1]) - 6);
     }
     if (robot.pose) this.drawRobot(context, robot.pose, x, y, scale, colour("running"));
+    for (const [, at] of store.parts.faults ?? []) if (at) this.drawFault(context, x(at[0]), y(at[1]), colour("failure"));
+    if (this.cross) this.drawCross(context, x(this.cross[0]), y(this.cross[1]), colour("running"));
   }
 
   drawWalls(context, x, y, scale) {
@@ -155,6 +197,20 @@ export class MapView {
     points.forEach(([px, py], number) => (number ? context.lineTo(x(px), y(py)) : context.moveTo(x(px), y(py))));
     context.strokeStyle = colour;
     context.lineWidth = 1.5;
+    context.stroke();
+  }
+
+  drawFault(context, x, y, colour) {
+    context.strokeStyle = colour;
+    context.lineWidth = 1.5;
+    context.strokeRect(x - 5, y - 5, 10, 10);
+  }
+
+  drawCross(context, x, y, colour) {
+    context.strokeStyle = colour;
+    context.lineWidth = 1;
+    context.beginPath();
+    for (const [dx, dy] of [[9, 0], [0, 9]]) { context.moveTo(x - dx, y - dy); context.lineTo(x + dx, y + dy); }
     context.stroke();
   }
 
