@@ -66,10 +66,9 @@ class LiveFaults:
             return
         texts = json.loads(run.facts.get("faults", "[]"))
         run.facts["faults"] = json.dumps([*texts, planned.text])
+        at: tuple[float, float] | None = None
         match planned.arguments.get("at"):
             case (int() | float() as x, int() | float() as y):
                 at = (float(x), float(y))
-            case _:
-                at = None
         self.begun.append((planned.text, at))
         self._lines.append(planned.text)
