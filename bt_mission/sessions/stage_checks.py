@@ -17,7 +17,16 @@ from sim.world.world import Spawn, World
 TOPICS = frozenset(
     (
         *("amcl_pose", "clock", "cmd_vel", "collisions", "coverage", "ground_truth/odom"),
-        *("joint_states", "map", "motors_on", "odom", "plan", "robot_description", "tf"),
+        *(
+            "joint_states",
+            "joint_commands",
+            "map",
+            "motors_on",
+            "odom",
+            "plan",
+            "robot_description",
+            "tf",
+        ),
         *("tf_static", "total_distance", "waypoints", "zones"),
     )
 )

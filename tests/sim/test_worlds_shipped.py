@@ -21,6 +21,7 @@ SHIPPED = [
     "dqn_stage4",
     "empty_arena",
     "explore_arena",
+    "fetch_arena",
     "fig_of_eight",
     "nav_arena",
     "obstacle_avoidance",

@@ -17,7 +17,7 @@ from typing import Any
 
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from action_servers.core.action import ServerContext
@@ -94,14 +94,22 @@ class _Node:
         return SimpleNamespace(warning=lambda *_, **__: False)
 
 
+SENSED = (Odometry, LaserScan, OccupancyGrid, TFMessage, Image, JointState)
+"""The messages of sensors."""
+
+
 @cache
 def _robot() -> Any:
-    return load_robot("waffle")
+    return load_robot("waffle_arm")
 
 
 @cache
 def _shape(kind: Any) -> MessageShape:
     return interface_types.shape_of(kind)
+
+
+def _check_positions(_names: Any, positions: Any, *_: Any) -> None:
+    assert all(map(math.isfinite, positions)), "a position that is no number"
 
 
 class Play:
@@ -122,6 +130,7 @@ class Play:
             turn_velocity=1.0,
             publish_distance=lambda _: None,
             publish_path=lambda _: None,
+            joints=SimpleNamespace(send=_check_positions),
         )
         self.pilot = Pilot(
             self.sensors.observe,
@@ -132,7 +141,7 @@ class Play:
         self.actions = tuple(served(action(name), self.context) for name in declared())
         self.log: list[str] = []
         self.running: list[ManeuverRun] = []
-        for kind in (Odometry, LaserScan, OccupancyGrid, TFMessage):
+        for kind in (Odometry, LaserScan, OccupancyGrid, TFMessage, JointState):
             self._deliver(kind, serialize_message(self._sane(kind)))
 
     def run(self) -> None:
@@ -156,7 +165,7 @@ class Play:
         if isinstance(planned, Refusal):
             assert planned.reason, "a goal is refused without a reason"
             return f"{action.name} refused: {planned.reason[:200]}"
-        why = self.pilot.refusal(needs_base=planned.needs_base)
+        why = self.pilot.refusal(needs_base=planned.needs_base, part=action.part)
         if why is not None:
             return f"{action.name} refused: {why}"
         self._start(action, planned)
@@ -177,7 +186,7 @@ class Play:
             if cause is not None and not _is_clear(cause):
                 raise cause
 
-        run = ManeuverRun(planned, on_feedback, on_end)
+        run = ManeuverRun(planned, on_feedback, on_end, part=action.part)
         self.running.append(run)
         self.pilot.start(run)
 
@@ -206,7 +215,7 @@ class Play:
         return "nothing"
 
     def _sense(self) -> str:
-        kind = self.program.pick((Odometry, LaserScan, OccupancyGrid, TFMessage, Image))
+        kind = self.program.pick(SENSED)
         message = interface_types.fill(kind(), self._value(_shape(kind)))
         if self.program.chance(0.5):
             message = self._sane(kind)
@@ -222,7 +231,7 @@ class Play:
         return f"{kind.__name__} of {len(data)} bytes"
 
     def _sense_sane(self) -> str:
-        kind = self.program.pick((Odometry, LaserScan, OccupancyGrid, TFMessage, Image))
+        kind = self.program.pick(SENSED)
         self._deliver(kind, serialize_message(self._sane(kind)))
         return f"sane {kind.__name__}"
 
@@ -285,6 +294,9 @@ class Play:
             )
             transform.transforms[0].transform.rotation.w = 1.0
             return transform
+        elif kind is JointState:
+            message.name = list(_robot().moved_joints)
+            message.position = [self.program.byte() / 1000] * len(message.name)
         elif kind is Image:
             message.width = message.height = 8
             message.encoding, message.step, message.data = "rgb8", 24, bytes(192)
