@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bt_mission.core.yaml.document import read_text
 from bt_mission.faults.planned import AtTime, WhenTrue
+from bt_mission.faults.robot import ON_BODIES
 from bt_mission.faults.text import parse_fault
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.search.candidate import Candidate
@@ -155,3 +157,14 @@ def test_any_place_of_a_world_with_pillars(tmp_path_factory: pytest.TempPathFact
 
 
 PILLARS = (-1.1, 0.0, 1.1)
+
+
+def test_nothing_that_acts_on_bodies_is_drawn_with_another_simulator(base: BaseScenario) -> None:
+    """It refuses pushes, faults of wheels and obstacles; other faults are drawn as ever."""
+    text = "obstacles: {most: 2}\nfaults: {most: 2, kinds: [hardware]}\n"
+    other = replace(base, data={**base.data, "simulator": "sim.ir_sim:IrSim"})
+    for each, acts in ((base, True), (other, False)):
+        drawn = RandomStrategy(space_of(each, text), 0).ask(200)
+        names = {fault.name for candidate in drawn for fault in candidate.faults}
+        assert bool(names & ON_BODIES) is acts
+        assert "lidar_frozen" in names

@@ -10,6 +10,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.ranges import Choices, Interval, parse_parameter
+from bt_mission.sweeps.work import ScenarioWorker
 
 MISSION = """\
 mission: m
@@ -167,3 +168,24 @@ def test_texts_of_parameters_name_the_sweep(base: BaseScenario):
     plan = SweepPlan(base, (parse_parameter("speed=0.1,0.2"),), seeds=range(3))
     assert plan.about.vary == ["speed=0.1,0.2"]
     assert plan.about.seeds == "0..2"
+
+
+def test_robots_vary_by_name_and_by_file(tmp_path):
+    """Each scenario runs with its own robot; the file goes with the mission to the workers."""
+    own = tmp_path / "mine.yaml"
+    text = Path("robots/rosbot.yaml").read_text(encoding="utf-8")
+    own.write_text(text.replace("name: rosbot", "name: mine"), encoding="utf-8")
+    path = tmp_path / "nap.yaml"
+    path.write_text("mission: nap\nworld: empty_arena\ntree: {wait: 0.2}\n", encoding="utf-8")
+    parameters = (parse_parameter(f"robot=husky,{own}"),)
+    plan = SweepPlan(load_base(path, BaseChanges(), parameters), parameters, seeds=range(2))
+    with ScenarioWorker(plan.base.bundle) as worker:
+        robots = [worker.load(each).mission.robot for each in plan.scenarios()]
+        rows = [worker.carry_out(each) for each in plan.scenarios()]
+    assert [Path(robot).stem for robot in robots] == ["husky", "mine"] * 2
+    assert [(row.robot, row.seed, row.passed) for row in rows] == [
+        ("husky", 0, True),
+        ("mine", 0, True),
+        ("husky", 1, True),
+        ("mine", 1, True),
+    ]
