@@ -205,9 +205,10 @@ class _Cells:
         self._was_occupied |= self._odds >= OCCUPIED_ODDS
 
     def _marked(self, places: Floats) -> npt.NDArray[np.uint8]:
-        marks = np.zeros(self._odds.shape, np.uint8)
-        cells = np.floor((places - self.corner) / CELL_M).astype(np.intp)
-        columns, rows = cells[:, 0], cells[:, 1]
+        marks: npt.NDArray[np.uint8] = np.zeros(self._odds.shape, np.uint8)
+        x, y = self.corner
+        columns = np.floor((places[:, 0] - x) / CELL_M).astype(np.intp)
+        rows = np.floor((places[:, 1] - y) / CELL_M).astype(np.intp)
         inside = (rows >= 0) & (columns >= 0)
         inside &= (rows < marks.shape[0]) & (columns < marks.shape[1])
         marks[rows[inside], columns[inside]] = 1
