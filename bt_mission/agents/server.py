@@ -228,10 +228,11 @@ def _client(context: ServerRequestContext[Any, Any]) -> str:
 
 
 def _outcome(result: Any) -> str:
-    is_error = getattr(result, "is_error", False)
     if isinstance(result, Mapping):
-        is_error = result.get("isError", False)
-    return "refused: " + str(getattr(result, "content", "")) if is_error else "done"
+        is_error, content = result.get("isError", False), result.get("content", "")
+    else:
+        is_error, content = getattr(result, "is_error", False), getattr(result, "content", "")
+    return f"refused: {content}" if is_error else "done"
 
 
 def _stopwatch() -> Callable[[], float]:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import RobotModel
@@ -29,6 +30,8 @@ SLIP_V, SLIP_W = 0.04, 0.15
 SIDEWAYS = 0.03
 MOMENT = 1.3
 """The sum of these three, as shares of their limits, that counts in a single sample."""
+FEW_SAMPLES, OFTEN, OFTEN_SHARE, MUCH_LARGER = 2, 3, 0.2, 4.0
+"""Jumps of so few samples are corrections if there are so many, in all and in each second."""
 IMPULSE_S = 1.0
 """Longer is no push."""
 PUSH_RISES_S = 0.12
@@ -341,7 +344,8 @@ def _slips(
         differs = (np.abs(dv) > SLIP_V) | (np.abs(dw) > SLIP_W) | (np.abs(motion.left) > SIDEWAYS)
     with np.errstate(invalid="ignore"):
         size = np.abs(dv) / SLIP_V + np.abs(dw) / SLIP_W + np.abs(motion.left) / SIDEWAYS
-    for begin, end in spans_where(motion.times, differs, 1, gap_s=0.2):
+    spans = spans_where(motion.times, differs, 1, gap_s=0.2)
+    for begin, end in _beyond_corrections(motion, spans, differs, size):
         if end - begin < STEP_S / 2 and size[round(begin / STEP_S)] < MOMENT:
             continue
         if any(low < begin < high for low, high in known) or begin < 2 * STEP_S:
@@ -353,6 +357,30 @@ def _slips(
             yield _impulse(robot, motion, end, inside, force)
         elif end - begin >= 0.25:
             yield _slip(motion, begin, end, inside, dv, dw)
+
+
+def _beyond_corrections(
+    motion: Motion,
+    spans: Sequence[tuple[float, float]],
+    differs: npt.NDArray[np.bool_],
+    size: Floats,
+) -> list[tuple[float, float]]:
+    """Return the spans that are not corrections of the place on the map.
+
+    A localiser that corrects the place often moves the robot on the map at single instants. Only a
+    much larger jump, or a motion that goes on, is one of the robot.
+    """
+    number = [slice(round(a / STEP_S), round(b / STEP_S) + 1) for a, b in spans]
+    jumps = [size[part].max() for part in number if differs[part].sum() <= FEW_SAMPLES]
+    if len(jumps) < OFTEN or len(jumps) < OFTEN_SHARE * motion.times[-1]:
+        return list(spans)
+    usual = float(np.median(jumps))
+    return [
+        span
+        for span, part in zip(spans, number, strict=True)
+        if size[part].max() > MUCH_LARGER * usual
+        or (differs[part].mean() > 0.8 and differs[part].sum() > 2 * FEW_SAMPLES)
+    ]
 
 
 def _is_impulse(motion: Motion, inside: np.ndarray, dv: Floats, dw: Floats) -> bool:

@@ -216,7 +216,7 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[Diagnosed
     usual_bias = float(np.median(sight.bias))
     size, spread = _usual(np.abs(sight.bias), BIASED_M, 0.0)
     usual_bias = math.copysign(size, usual_bias) if size else 0.0
-    off = np.abs(sight.bias - usual_bias) > BIAS_M + spread
+    off = np.abs(sight.bias - usual_bias) > BIAS_M + spread + 3 * min(size, BIASED_M)
     for begin, end, lasting in _spans(evidence, sight, off, step):
         inside = (sight.times >= begin) & (sight.times <= end)
         metres = round(float(np.median(sight.bias[inside])) - usual_bias, 2)

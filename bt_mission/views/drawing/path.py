@@ -21,7 +21,7 @@ from bt_mission.views.drawing.png import font
 LONGEST_PX = 640
 MARGIN_M = 1.0
 """Shown around the path and the places of goals."""
-LEAST_M = 3.0
+LEAST_M = 6.0
 ROW_PX, EDGE_PX, TEXT_PX = 20, 12, 13
 MOST_ROWS = 12
 LONGEST_TEXT = 88
