@@ -31,7 +31,7 @@ SIDEWAYS = 0.03
 MOMENT = 1.3
 """The sum of these three, as shares of their limits, that counts in a single sample."""
 FEW_SAMPLES, OFTEN, OFTEN_SHARE, MUCH_LARGER = 2, 3, 0.2, 4.0
-"""Jumps of so few samples are corrections if there are so many, in all and in each second."""
+"""Jumps of at most two samples are corrections if a run has three, and one in five seconds."""
 IMPULSE_S = 1.0
 """Longer is no push."""
 PUSH_RISES_S = 0.12
