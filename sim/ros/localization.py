@@ -14,7 +14,8 @@ from sim import frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros.message_fields import header
 from sim.ros.schedule import Schedule
-from sim.ros.topics import LATCHED, REQUESTS
+from sim.ros.sensor_topics import LATCHED
+from sim.ros.topics import REQUESTS
 
 RATE_HZ = 2.0
 
