@@ -235,7 +235,8 @@ class Workspace:
             folders[:] = sorted(
                 sub for sub in folders if sub[0] not in "._" and level < MOST_LEVELS
             )
-            for name in sorted(names):
+            drafts = (name[1:].removesuffix(UNSAVED) for name in names if name.endswith(UNSAVED))
+            for name in sorted({*names, *drafts}):
                 path = Path(folder) / name
                 is_shown = path.suffix in SUFFIXES and name[0] != "." and count < MOST_FILES
                 if is_shown and path.resolve().is_relative_to(self.root):

@@ -263,3 +263,17 @@ def test_a_run_ends_with_an_editor_that_is_killed(tmp_path: Path) -> None:
     assert trial.read_text() == text
     EditServer(Workspace(tmp_path), WebOptions(port=0)).close()
     assert not trial.exists()
+
+
+def test_the_unsaved_text_of_a_deleted_file_is_offered(play: Play, tmp_path: Path) -> None:
+    """The file is listed as long as its text is kept."""
+
+    async def scene(client: Client) -> None:
+        await client.ask("check", name="m.yaml", text="mission: mine\n")
+        (tmp_path / "m.yaml").unlink()
+        files = (await client.ask("files"))["files"]
+        assert files == [{"name": "m.yaml", "kind": "mission", "is_unsaved": True}]
+        opened = await client.ask("open", name="m.yaml")
+        assert (opened["text"], opened["draft"]) == ("", "mission: mine\n")
+
+    play(scene)
