@@ -24,7 +24,7 @@ from pathlib import Path
 from measuring import CpuWatch, figure, in_turns, ratios, spread, table
 
 from bt_mission.core.files import find, names
-from bt_mission.core.yaml.document import Document, read_text
+from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
@@ -46,13 +46,13 @@ FEWER = 4
 
 def models() -> dict[str, Document]:
     """Return the robots by their names in the table."""
-    texts = {name: find("robots", name).read_text(encoding="utf-8") for name in names("robots")}
-    waffle = texts[WAFFLE]
+    shipped = {name: read(find("robots", name)) for name in names("robots")}
+    waffle = find("robots", WAFFLE).read_text(encoding="utf-8")
     [lidar] = re.findall(r"^lidar:.*?(?=^camera:)", waffle, re.DOTALL | re.MULTILINE)
     sparse = waffle.replace(lidar, re.sub(r"rate: 10.0", "rate: 2.5", lidar))
     indented = lidar.replace("\n", "\n  ").replace("lidar:", "lidars:\n  second:").rstrip()
-    texts |= {SPARSE: sparse, SECOND: waffle.replace(lidar, f"{lidar}{indented}\n")}
-    return {name: read_text(text, name) for name, text in texts.items()}
+    second = waffle.replace(lidar, f"{lidar}{indented}\n")
+    return {**shipped, SPARSE: read_text(sparse), SECOND: read_text(second)}
 
 
 def run_for(stage: Stage, seconds: float) -> Callable[[], float]:
