@@ -155,6 +155,17 @@ class Parallel(Hooked, py_trees.composites.Parallel):
                 self.feedback_message = f"{self._decided.value.lower()}, once {names} has finished"
         yield self
 
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with this status; halt the children that run, and reset all if it is reset."""
+        self.note_reset(new_status)
+        running, invalid = Status.RUNNING, Status.INVALID
+        for child in self.children:
+            if child.status is running or (new_status is invalid and child.status is not invalid):
+                child.stop(invalid)
+        if new_status is invalid:
+            self.current_child = None
+        self.status = new_status
+
     def _begin(self) -> None:
         self._decided = Status.RUNNING
         for child in self.children:

@@ -94,6 +94,14 @@ class HookedDecorator(Hooked, Decorator):
             self.initialise()
         return None
 
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with this status; halt a child that runs, and reset it if this node is reset."""
+        self.note_reset(new_status)
+        self.terminate(new_status)
+        if new_status is Status.INVALID or self.decorated.status is Status.RUNNING:
+            self.decorated.stop(Status.INVALID)
+        self.status = new_status
+
     def walk(self) -> Iterator[Behaviour]:
         """Tick the child and update, unless the node decides otherwise; stop if it has ended."""
         status = self.enter()

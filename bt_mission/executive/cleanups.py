@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -27,7 +27,7 @@ class Cleanups:
 
     def __init__(
         self,
-        nodes: Iterable[Behaviour],
+        nodes: Collection[Behaviour],
         ledger: Ledger,
         mark: Behaviour,
         departed: Iterable[Finally] = (),
@@ -36,6 +36,7 @@ class Cleanups:
         outside = (inner for node in departed for inner in node.iterate())
         self._departed = dict.fromkeys(node for node in outside if isinstance(node, Finally))
         self._nodes = (*inside, *self._departed)
+        self._goals = frozenset(node for node in nodes if isinstance(node, ActionLeaf))
         self._ledger = ledger
         self._mark = mark
         self.inside = frozenset(inner for node in self._nodes for inner in node.cleanup.iterate())
@@ -83,14 +84,15 @@ class Cleanups:
         Clean-ups begin, or continue.
         """
         faults = []
+        inside, goals = self.inside, self._goals
+        due: frozenset[Behaviour] = frozenset(node for node in self._nodes if node.limit_s > 0)
         for node in root.iterate():
-            is_due = isinstance(node, Finally) and node.limit_s > 0
             try:
-                if node in self.inside:
+                if node in inside:
                     continue
-                if node.status is Status.RUNNING or is_due:
+                if node.status is Status.RUNNING or node in due:
                     node.stop(Status.INVALID)
-                elif isinstance(node, ActionLeaf):
+                elif node in goals:
                     node.call_terminate(Status.INVALID)  # its update may have raised
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
                 faults.append(f"stopping '{node.name}' raised {described(error)}")

@@ -82,7 +82,7 @@ class GoalServer:
         self._choices, self._answers, self._cases = choices, answers, cases
         self._evaluator_of = evaluator_of
         self.moves_base = moves_base(name)
-        self._requests, self._results_of = Known(), Known()
+        self._requests, self._results_of, self._present = Known(), Known(), Known()
         self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
         self.goals: list[ServedGoal] = []
         """Those that the server has not ended, in the order in which they arrived."""
@@ -101,10 +101,17 @@ class GoalServer:
             return not self.is_away
         if self.is_lost:
             return False
-        rows = self._answers.at("missing" if self.is_away else "found", self.name)
-        row = rows[self._choices.choose([self._option(row) for row in rows])]
+        rows, options = self._presence("missing" if self.is_away else "found")
+        row = rows[self._choices.choose(options)]
         self.is_away = row.name in ("no_server", "away")
         return not self.is_away
+
+    def _presence(self, stage: str) -> tuple[list[Answer], Question]:
+        known: tuple[list[Answer], Question] | None = self._present.get(stage)
+        if known is None:
+            rows = self._answers.at(stage, self.name)
+            known = self._present[stage] = rows, tuple(map(self._option, rows))
+        return known
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """Return a goal with these fields. Raises FillError."""

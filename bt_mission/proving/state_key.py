@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -32,7 +33,8 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
     running, failure, memory = Status.RUNNING, Status.FAILURE, _memory_of(node)
     below = [(child, noter(child, indices)) for child in node.children]
     final = node if isinstance(node, Finally) else None
-    is_joining, is_fallback = isinstance(node, Finally | Parallel), isinstance(node, Selector)
+    fallback = node if isinstance(node, Selector) else None
+    is_joining = isinstance(node, Finally | Parallel)
 
     def note(tree: list[Any]) -> None:
         status = node.status
@@ -41,7 +43,7 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
             return
         if memory is not None:
             tree.append(memory())
-        for child, note_child in below[: _child_of(node) + 1] if is_fallback else below:
+        for child, note_child in below if fallback is None else below[: _child_of(fallback) + 1]:
             note_child(tree)
             if is_joining and child.status is failure:
                 tip = failed_tip(child)
@@ -102,7 +104,7 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
         case Retry():
             return lambda: (node.failures, node.num_failures, node.due_ns is not None)
         case Sequence() | Selector() | Pick():
-            return lambda: _child_of(node)
+            return partial(_child_of, node)
         case _ if not node.children:
             return None
 
@@ -115,9 +117,9 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
     return memory
 
 
-def _child_of(node: Behaviour) -> int:
+def _child_of(node: Composite) -> int:
     """Return the index of the child that a composite has reached; -1 for none."""
-    current = node.current_child if isinstance(node, Composite) else None
+    current = node.current_child
     return -1 if current is None else node.children.index(current)
 
 
