@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from operator import is_
+from operator import is_, itemgetter
 from typing import Any, NamedTuple, TypeAlias
 
 _CONTAINERS = frozenset({list, dict, set, deque})
@@ -64,65 +64,80 @@ class _Kept:
         entry: The object.
     """
 
-    __slots__ = ("_count", "_first", "_fixed", "_names", "entry")
+    __slots__ = ("_count", "_first", "_fixed", "_fixed_of", "_names", "_varying_of", "entry")
 
     def __init__(self, entry: Any) -> None:
         self.entry = entry
-        now = entry.__dict__
-        self._names = [
-            name for name, value in now.items() if type(value) in _CONTAINERS and name not in _FIXED
-        ]
-        self._first = [now[name] for name in self._names]
-        self._fixed = {name: value for name, value in now.items() if name not in self._names}
-        self._count = len(now)
+        self._fixed: dict[str, Any] = entry.__dict__.copy()
+        self._names: list[str] = []
+        self._first: list[Any] = []
+        self._learn(
+            [
+                name
+                for name, value in self._fixed.items()
+                if type(value) in _CONTAINERS and name not in _FIXED
+            ]
+        )
+
+    def _learn(self, names: Iterable[str]) -> None:
+        """Note attributes that may change from now on."""
+        for name in names:
+            self._names.append(name)
+            self._first.append(self._fixed.pop(name, _ABSENT))
+        self._count = len(self._fixed) + len(self._names)
+        self._fixed_of = tuple(self._fixed.values()), _getter(self._fixed)
+        self._varying_of = _getter(self._names)
 
     def look(self) -> None:
         """Note the attributes that have changed for the first time, after a step."""
-        now, fixed, names = self.entry.__dict__, self._fixed, self._names
-        absent = 0 if len(now) >= self._count else sum([name not in now for name in names])
-        if len(now) + absent != self._count or not all(
-            map(is_, map(now.get, fixed), fixed.values())
-        ):
-            self._learn(now)
+        now = self.entry.__dict__
+        values, getter = self._fixed_of
+        try:
+            self._varying_of(now)
+            if len(now) == self._count and getter(now) == values:
+                return
+        except KeyError:
+            pass  # another attribute may have come in place of one that is absent
+        fixed, names = self._fixed, self._names
+        self._learn(
+            [
+                name
+                for name, value in now.items()
+                if name not in names and (name not in fixed or fixed[name] is not value)
+            ]
+        )
 
     def save(self, known: _Values | None) -> _Values:
         """Return the present values; those of an earlier time if they are equal."""
         now = self.entry.__dict__
-        varying = [now.get(name, _ABSENT) for name in self._names]
-        if known is not None and len(known) == len(varying):
-            for value, before in zip(varying, known, strict=True):
-                if value is not before and (
-                    type(before) is not _Held or not _is_held(value, before)
-                ):
-                    break
-            else:
-                return known
-        return tuple(self._copied(varying, known or ()))
+        varying: _Values
+        try:
+            varying = self._varying_of(now)
+        except KeyError:
+            varying = tuple([now.get(name, _ABSENT) for name in self._names])
+        if known is not None and len(known) == len(varying) and all(map(is_, varying, known)):
+            return known
+        if _CONTAINERS.isdisjoint(map(type, varying)):
+            return varying
+        copied = tuple(self._copied(varying, known or ()))
+        if known is not None and len(known) == len(copied) and all(map(is_, copied, known)):
+            return known
+        return copied
 
     def put_back(self, values: _Values) -> None:
         """Put earlier values back."""
-        now, names = self.entry.__dict__, self._names
-        if len(values) < len(names):
+        now = self.entry.__dict__
+        if len(values) < len(self._names):
             values = (*values, *self._first[len(values) :])
-        for name, value in zip(names, values, strict=True):
+        now.update(zip(self._names, values, strict=True))
+        for name, value in zip(self._names, values, strict=True):
             if type(value) is _Held:
                 now[name] = value.container
                 _fill(*value)
             elif value is _ABSENT:
-                now.pop(name, None)
-            else:
-                now[name] = value
+                del now[name]
 
-    def _learn(self, now: dict[str, Any]) -> None:
-        """Note the attributes that have changed for the first time."""
-        for name, value in now.items():
-            if name in self._names or self._fixed.get(name, _ABSENT) is value:
-                continue
-            self._names.append(name)
-            self._first.append(self._fixed.pop(name, _ABSENT))
-        self._count = len(self._fixed) + len(self._names)
-
-    def _copied(self, varying: list[Any], known: _Values) -> Iterator[Any]:
+    def _copied(self, varying: _Values, known: _Values) -> Iterator[Any]:
         for index, value in enumerate(varying):
             if type(value) not in _CONTAINERS:
                 yield value
@@ -134,6 +149,14 @@ class _Kept:
                 yield before
             else:
                 yield _Held(value, _contents(value, before.contents))
+
+
+def _getter(names: Iterable[str]) -> Callable[[dict[str, Any]], tuple[Any, ...]]:
+    """Return what gives the values of these attributes."""
+    given = tuple(names)
+    if len(given) > 1:
+        return itemgetter(*given)
+    return lambda now: tuple([now[name] for name in given])
 
 
 class Keeper:
