@@ -137,11 +137,14 @@ class Finding:
             "scenario": stage.scenario or None,
             "test": stage.test or None,
             "confirmed": stage.is_confirmed,
+            "undecided": stage.why_not or None,
         }
 
     def __str__(self) -> str:
         steps = [f"    {number}. {step}" for number, step in enumerate(self.steps, 1)]
-        lines = [f"  {self.property}: {self.text}", *(steps or ["    at once"])]
+        if not steps and self.broken is not None:
+            steps = ["    at once"]
+        lines = [f"  {self.property}: {self.text}", *steps]
         if self.stage is not None:
             lines.append(f"    {self.stage}")
         return "\n".join(map(escape_control, lines))

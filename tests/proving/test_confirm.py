@@ -252,7 +252,10 @@ def test_what_no_run_shows_is_named(tmp_path: Path) -> None:
     assert str(dead.stage) == (
         "not decided on the stage: no run shows that a node is never entered"
     )
-    assert dead.as_dict()["confirmed"] is None
+    written = dead.as_dict()
+    assert written["confirmed"] is None
+    assert written["undecided"] == "no run shows that a node is never entered"
+    assert "at once" not in str(dead)
 
 
 def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -> None:
