@@ -25,6 +25,8 @@ WAY_M = 0.15
 """A path without goals becomes waypoints from which it is not farther away."""
 NEAREST_M = 0.4
 USUAL_GAP_M = 0.3
+PLACES = ("navigate_to_pose", "navigate_through_poses", "follow_waypoints")
+"""Their goals are on the map, whose place is unknown if nothing localises the robot."""
 STILL_S, STILL_M_S, STILL_RAD_S = 0.5, 0.03, 0.05
 """A robot that moves less in this time stands still."""
 REST_S = 1.0
@@ -97,7 +99,8 @@ def _node(
     names[goal.action] = names.get(goal.action, 0) + 1
     name = f"{kind or goal.action.strip('/')} {names[goal.action]}"
     limit, is_canceled = _limit(evidence, goal)
-    values = _values(goal.values) if goal.is_introspected else _guessed(evidence, goal, kind)
+    is_known = goal.is_introspected and (kind not in PLACES or evidence.is_localised)
+    values = _values(goal.values) if is_known else _guessed(evidence, goal, kind)
     if kind and values is not None:
         node = {kind: values, "name": name, "timeout": limit}
     else:
@@ -160,9 +163,9 @@ def _guessed(evidence: Evidence, goal: GoalTrace, kind: str) -> dict[str, Any] |
     ends = [
         [round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.yaw), 1)]
         for time, pose in evidence.plan_ends
-        if begin - 0.5 <= time <= end
+        if begin - 0.5 <= time <= end and evidence.is_localised
     ]
-    if not ends and kind in ("navigate_through_poses", "follow_waypoints"):
+    if not ends and kind in PLACES[1:]:
         return None
     ends = ends or [[round(last.x, 3), round(last.y, 3), round(math.degrees(last.yaw), 1)]]
     match kind:
