@@ -436,11 +436,10 @@ def summary_lines(result: Reproduction) -> list[str]:
     lines += [f"  {note}" for note in result.notes]
     lines.append(f"  world: {counted(result.world_shapes, 'shape')}")
     lines += [f"  fault {each}" for each in result.diagnosed] or ["  no fault found"]
-    again = (
-        "the simulation ends in the same way"
-        if comparison.is_repeated
-        else ("the simulation ends in another way")
-    )
+    way = "the same way" if comparison.is_repeated else "another way"
+    again = f"the simulation ends in {way}"
+    if comparison.wanted.outcome == "any" and not comparison.wanted.violated:
+        again = f"the simulation ends in {comparison.got.outcome}"
     lines.append(f"  {again} ({counted(result.runs, 'run')})")
     if comparison.mean is not None:
         lines.append(

@@ -67,6 +67,7 @@ def test_a_lidar_that_loses_rays_keeps_its_walls(bag: Path) -> None:
     assert diagnosis.around.distances(np.array([POST]))[0] < 0.15
 
 
+@pytest.mark.thorough
 def test_a_path_without_goals_is_driven_after_the_same_rest(
     bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
