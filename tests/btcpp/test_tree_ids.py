@@ -74,7 +74,16 @@ def test_only_leaves_for_any_type_need_a_mission_for_their_ports():
         for path in SHIPPED
         for why in refusals(mission_xml(read(ROOT / path), shapes), leaves)
     }
-    assert refused == {("recoveries", "no ports ['goal__time'] of <action>")}
+    gripper = ("goal__command__max_effort", "goal__command__position", "out_stalled")
+    assert refused == {
+        ("recoveries", "no ports ['goal__time'] of <action>"),
+        (
+            "fetch",
+            "no ports ['goal__trajectory__joint_names', 'goal__trajectory__points'] of <action>",
+        ),
+        ("fetch", f"no ports {list(gripper)} of <action>"),
+        ("fetch", "no ports ['set_driven'] of <set>"),
+    }
 
 
 def test_a_mission_with_the_name_of_a_leaf_has_another_id():

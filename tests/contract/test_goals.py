@@ -7,6 +7,7 @@ import math
 import pytest
 from geometry_msgs.msg import Point
 
+from action_servers.core.action import lacks_part
 from tests.support.robot_node import pose
 from tests.support.served import NOT_FINITE, SERVED, goal
 
@@ -94,6 +95,15 @@ def accepted_by(bench):
     return accepted
 
 
+def without(sensor, robot):
+    """Return the actions that do not ask for a sensor, of those that the robot can do."""
+    return {
+        name
+        for name, served in SERVED.items()
+        if sensor not in served.asks and not lacks_part(served.action, robot)
+    }
+
+
 def test_what_drives_is_not_accepted_before_the_robot_is_heard_of(make_bench):
     """No scan, no odometry: no goal that asks for them."""
     bench = make_bench()
@@ -104,23 +114,19 @@ def test_what_drives_is_not_accepted_before_the_robot_is_heard_of(make_bench):
 
 
 @pytest.mark.parametrize("lost", ["scan", "odom"])
-def test_nothing_is_accepted_when_a_sensor_that_it_asks_for_has_fallen_silent(bench, lost):
+def test_nothing_is_accepted_when_a_sensor_that_it_asks_for_has_fallen_silent(bench, robot, lost):
     """An old message is no message."""
     bench.robot.silent = {lost}
     bench.steps(21)
-    assert accepted_by(bench) == {
-        name for name, served in SERVED.items() if lost not in served.asks
-    }
+    assert accepted_by(bench) == without(lost, robot)
     assert not bench.moved
 
 
 @pytest.mark.parametrize("ray", [math.nan, 0.0])
-def test_nothing_that_asks_for_a_scan_is_accepted_by_a_blind_lidar(make_bench, ray):
+def test_nothing_that_asks_for_a_scan_is_accepted_by_a_blind_lidar(make_bench, robot, ray):
     """All rays NaN (LDS-02) or 0 (LDS-01) say nothing: not even that the way is free."""
     bench = make_bench()
     bench.robot.rays = [ray] * 360
     bench.steps(2)
-    assert accepted_by(bench) == {
-        name for name, served in SERVED.items() if "scan" not in served.asks
-    }
+    assert accepted_by(bench) == without("scan", robot)
     assert not bench.moved

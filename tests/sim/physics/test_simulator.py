@@ -114,7 +114,7 @@ def _raises(*_: Any) -> Any:
         (
             {"step_ns": 40_000_000},
             "BT-811",
-            "a step of 40 ms does not fit lidar.rate: a period of 100 ms",
+            "a step of 40 ms does not fit odometry_rate: a period of 50 ms",
         ),
         (
             {"reset": lambda it: it.__dict__.update(time_ns=0, pose=(0, 0, 0))},

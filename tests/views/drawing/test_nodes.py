@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.registry import KINDS
+from bt_mission.language.nodes.subtree import TreeNode
 from bt_mission.sessions.load import load
 from bt_mission.views.drawing.nodes import drawn, heading, legend, outline
 from tests.support.project import ROOT
@@ -19,12 +22,19 @@ def test_every_kind_of_node_has_a_sign() -> None:
     assert [kind for kind, node in KINDS.items() if not node.sign.words] == []
 
 
+def steps(node: NodeModel, mission: Mission) -> int:
+    """Count the nodes below a node, with those of the named trees."""
+    named = [each.tree for each in node.walk() if isinstance(each, TreeNode)]
+    below = sum(steps(mission.trees[name].body, mission) for name in named)
+    return below + sum(1 for _ in node.walk())
+
+
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)
 def test_every_shipped_mission_has_an_outline(path: Path) -> None:
     """A row for each step, in the order of the file, with the names that it has when it runs."""
     mission = load(path)
     rows = list(outline(drawn(mission)))
-    assert len(rows) == sum(1 for _ in mission.tree.walk())
+    assert len(rows) == steps(mission.tree, mission)
     assert rows[0].name == (mission.tree.name or mission.name)
 
 
