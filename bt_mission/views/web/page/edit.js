@@ -490,6 +490,7 @@ async function openNext(name) {
 
 async function showDifference() {
   if (!isUnsaved()) { save(); return; }
+  if (at.isConflict && at.compare) { await at.compare(); return; }
   const answer = await ask("differ", { before: at.base, after: text.text });
   openWindow(`Save ${at.name}?`, [lines(answer.lines)], [["Save", () => save()]]);
   byId("window-buttons").querySelector("button").focus();
@@ -509,7 +510,8 @@ async function share(isTaking = false) {
     if (answer.is_changed && !at.isConflict) {
       at.isConflict = true;
       const words = answer.exists ? `${at.name} has changed on disk.` : `${at.name} is not on disk any more; saving writes it again.`;
-      banner("conflict", words, answer.exists ? [["Compare", async () => showConflict((await ask("open", { name: at.name })).text)]] : []);
+      at.compare = answer.exists ? async () => showConflict((await ask("open", { name: at.name })).text) : null;
+      banner("conflict", words, at.compare ? [["Compare", at.compare]] : []);
     }
   } else {
     if (!byId("banner-follows")) banner("follows", "Another page edits this file; this one follows.", [["Take over", () => share(true)]]);
