@@ -10,6 +10,7 @@ from bt_mission.proving.choices import Script
 from bt_mission.proving.claims import Broken, Claims
 from bt_mission.proving.environment import Environment
 from bt_mission.proving.explorer import explore
+from bt_mission.proving.known_steps import DivergedError
 from bt_mission.sessions.load import load
 
 HEAD = "mission: small\ntree:\n"
@@ -49,13 +50,20 @@ class _Ends(Claims):
 
 
 def explored(mission: Mission, faults: float, *, with_interrupts: bool = False) -> Verdicts:
-    """Return the verdicts of an exploration."""
-    verdicts = Verdicts()
-    claims = _Ends(verdicts)
-    environment = Environment(mission, faults=faults, has_interrupts=with_interrupts)
-    assert explore(environment, claims).is_exhaustive
-    verdicts.broken = set(claims.broken)
-    return verdicts
+    """Return the verdicts of an exploration; as `prove`, without known steps if those diverge."""
+
+    def verdicts_of(*, learns: bool) -> Verdicts:
+        verdicts = Verdicts()
+        claims = _Ends(verdicts)
+        environment = Environment(mission, faults=faults, has_interrupts=with_interrupts)
+        assert explore(environment, claims, learns=learns).is_exhaustive
+        verdicts.broken = set(claims.broken)
+        return verdicts
+
+    try:
+        return verdicts_of(learns=True)
+    except DivergedError:
+        return verdicts_of(learns=False)
 
 
 def enumerated(
