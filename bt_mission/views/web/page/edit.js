@@ -119,7 +119,9 @@ async function check() {
 // A text that becomes another kind of file is shown as one.
 async function becomeKind(kind) {
   if (kind === at.kind || !text.text.trim()) return;
+  const wasWorld = isWorld();
   at.kind = kind;
+  if (!wasWorld && !isWorld()) return;
   plan.plan = null;
   await showMap(isWorld());
 }

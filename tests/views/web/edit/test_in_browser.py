@@ -130,6 +130,7 @@ class Editor(Screen):
         await self.until("document.getElementById('window').open")
         await self.look("document.querySelector('#window-buttons button').click()")
         await self.until("document.getElementById('unsaved').hidden")
+        await self.until(IDLE)
         return self.file.read_text()
 
     async def middle(self, name: str) -> tuple[float, float, float]:
