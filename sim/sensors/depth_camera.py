@@ -7,16 +7,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
 from bt_mission.core.robot.model import RobotModel
 from sim.frames import BASE_LINK, FramePose
-from sim.physics.names import BASE, MARKS, SCREENS, SOLID
+from sim.physics.names import BASE
 from sim.sensors.camera import OPTICAL, pinhole
 from sim.sensors.noise import PictureNoise
+from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
 
 FRAME = "camera_depth_frame"
@@ -57,8 +57,6 @@ class DepthCameraSensor(Sensor):
     def __init__(self, mount: Mount) -> None:
         super().__init__(mount)
         spec, physics = self.spec, mount.physics
-        self._base = physics.model.body(mount.prefix + BASE).id
-        self._offset = np.array([spec.x, spec.y, spec.z])
         pixel = 2 * math.tan(spec.hfov / 2) / spec.width
         left = (spec.width / 2 - np.arange(spec.width) - 0.5) * pixel
         up = (spec.height / 2 - np.arange(spec.height) - 0.5) * pixel
@@ -66,11 +64,9 @@ class DepthCameraSensor(Sensor):
         rays = np.stack((np.ones_like(across), across, high), axis=-1).reshape(-1, 3)
         lengths = np.linalg.norm(rays, axis=1)
         self._along = 1 / lengths
-        self._rays: npt.NDArray[np.float64] = rays / lengths[:, None]
-        self._hit = np.empty(len(rays), dtype=np.int32)
-        self._distances = np.empty(len(rays))
-        self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        self._groups[[SOLID, MARKS, SCREENS]] = 1
+        base = physics.model.body(mount.prefix + BASE).id
+        place = (spec.x, spec.y, spec.z)
+        self._rays = Rays(physics.model, base, place, rays / lengths[:, None])
         self._noise = PictureNoise(mount.seed, f"{mount.prefix}depth_camera")
 
     @classmethod
@@ -102,27 +98,12 @@ class DepthCameraSensor(Sensor):
 
     def measure(self, index: int) -> npt.NDArray[np.float64]:
         """Return the depth of each pixel of image `index`, m, row by row."""
-        spec, physics = self.spec, self.mount.physics
-        data = physics.data
-        rotation = data.xmat[self._base].reshape(3, 3)
-        mujoco.mj_multiRay(
-            physics.model,
-            data,
-            data.xpos[self._base] + rotation @ self._offset,
-            (self._rays @ rotation.T).ravel(),
-            self._groups,
-            1,  # static geoms too
-            self._base,
-            self._hit,
-            self._distances,
-            None,
-            len(self._hit),
-            mujoco.mjMAXVAL,
-        )
-        depths: npt.NDArray[np.float64] = self._distances * self._along
+        spec, count = self.spec, len(self._along)
+        distances, missed = self._rays.cast(self.mount.physics.data, count)
+        depths: npt.NDArray[np.float64] = distances * self._along
         if spec.noise_std:
-            depths += spec.noise_std * depths**2 * self._noise.normal(len(depths), index)
+            depths += spec.noise_std * depths**2 * self._noise.normal(count, index)
         near = depths < spec.min_range
-        missed = (self._hit < 0) | (depths > spec.max_range)
+        missed |= depths > spec.max_range
         depths[near], depths[missed] = -np.inf, np.inf
         return depths

@@ -6,14 +6,14 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 from typing_extensions import override
 
 from bt_mission.core.robot.model import RobotModel
 from sim.frames import BASE_LINK, FramePose
-from sim.physics.names import BASE, MARKS, SCREENS, SOLID
+from sim.physics.names import BASE
 from sim.sensors.noise import Noise
+from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
 
 _RAYS = 9
@@ -37,17 +37,13 @@ class RangeSensor(Sensor):
     def __init__(self, mount: Mount) -> None:
         super().__init__(mount)
         physics, spec = mount.physics, self.spec
-        self._base = physics.model.body(mount.prefix + BASE).id
-        self._offset = np.array([spec.x, spec.y, spec.z])
-        self._directions = np.array([[0.0, 0.0, -1.0]])
+        directions = np.array([[0.0, 0.0, -1.0]])
         if spec.kind != "cliff":
             half = math.radians(spec.field_of_view) / 2
             angles = math.radians(spec.yaw) + np.linspace(-half, half, _RAYS)
-            self._directions = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
-        count = len(self._directions)
-        self._hit, self._distances = np.empty(count, dtype=np.int32), np.empty(count)
-        self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        self._groups[[SOLID, MARKS, SCREENS]] = 1
+            directions = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+        base = physics.model.body(mount.prefix + BASE).id
+        self._rays = Rays(physics.model, base, (spec.x, spec.y, spec.z), directions)
         self._noise = Noise(mount.seed, f"{mount.prefix}{self.name}", 1)
         self.fields = ("range",)
 
@@ -74,24 +70,9 @@ class RangeSensor(Sensor):
 
     @override
     def numbers(self, index: int) -> tuple[float]:
-        spec, physics = self.spec, self.mount.physics
-        data = physics.data
-        rotation = data.xmat[self._base].reshape(3, 3)
-        mujoco.mj_multiRay(
-            physics.model,
-            data,
-            data.xpos[self._base] + rotation @ self._offset,
-            (self._directions @ rotation.T).ravel(),
-            self._groups,
-            1,  # static geoms too
-            self._base,
-            self._hit,
-            self._distances,
-            None,
-            len(self._hit),
-            mujoco.mjMAXVAL,
-        )
-        distance = float(self._distances[self._hit >= 0].min(initial=math.inf))
+        spec = self.spec
+        distances, missed = self._rays.cast(self.mount.physics.data, len(self._rays.directions))
+        distance = float(distances[~missed].min(initial=math.inf))
         distance += spec.noise_std * float(self._noise.at(index)[0])
         if distance < spec.min_range:
             return (-math.inf,)

@@ -16,9 +16,10 @@ from typing_extensions import override
 from bt_mission.core.robot.model import LidarModel, RobotModel
 from sim.faults import SensorFaults, expected, within
 from sim.frames import BASE_LINK, FramePose
-from sim.physics.names import BASE, MARKS, SCREENS, SOLID
+from sim.physics.names import BASE
 from sim.physics.simulator import FollowedSimulator
 from sim.sensors.noise import Noise
+from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
 
 _TURN_JITTER = 0.005
@@ -84,21 +85,14 @@ class Lidar:
         spec = spec or robot.lidar
         base, prefix = prefix, prefix + name
         self._spec = spec
-        self._model = model
-        self._base = model.body(base + BASE).id
-        self._offset = np.array([spec.x, spec.y, spec.z])
         self._varies = spec.model == "LDS-02"
         self._noisy = robot.sensors.lidar.noise
         self.most_rays = (
             math.ceil(spec.rays * (1 + 6 * _TURN_JITTER)) if self._varies else spec.rays
         )
         self._yaw = math.radians(spec.yaw)
-        self._directions = np.zeros((self.most_rays, 3))
-        self._vectors = np.empty_like(self._directions)
-        self._distances = np.empty(self.most_rays)
-        self._hit = np.empty(self.most_rays, dtype=np.int32)
-        self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        self._groups[[SOLID, MARKS, SCREENS]] = 1
+        directions = np.zeros((self.most_rays, 3))
+        self._caster = Rays(model, model.body(base + BASE).id, (spec.x, spec.y, spec.z), directions)
         self._noise = Noise(seed, f"{prefix}lidar", self.most_rays)
         self._turns = Noise(seed, f"{prefix}lidar turns", 1)
         self._gaps = Noise(seed, f"{prefix}lidar gaps", self.most_rays)
@@ -120,7 +114,7 @@ class Lidar:
         if self._varies:
             self._aim(self._rays_of(index))
         if simulator is None:
-            seen, missed = self._cast(data)
+            seen, missed = self._caster.cast(data, self._rays)
         else:
             seen = simulator.ranges(self._rays)
             missed = np.isinf(seen)
@@ -128,28 +122,6 @@ class Lidar:
             self._distortion.apply(faults, seen, missed, index)
         (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
         return seen.astype(np.float32)
-
-    def _cast(self, data: mujoco.MjData) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool]]:
-        """Return the distance of each ray, and which of them hit nothing."""
-        rays = self._rays
-        vectors, seen, hit = self._vectors[:rays], self._distances[:rays], self._hit[:rays]
-        rotation = data.xmat[self._base].reshape(3, 3)
-        np.matmul(self._directions[:rays], rotation.T, out=vectors)
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            data.xpos[self._base] + rotation @ self._offset,
-            vectors.reshape(-1),
-            self._groups,
-            1,  # static geoms too
-            self._base,  # not its own screen; its other geoms are in groups that are left out
-            hit,
-            seen,
-            None,
-            rays,
-            mujoco.mjMAXVAL,
-        )
-        return seen, hit < 0
 
     def _finish_01(
         self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
@@ -187,7 +159,8 @@ class Lidar:
             self._rays = rays
             first, step = spec_angles(self._spec, rays)
             angles = np.arange(rays) * step + (first + self._yaw)
-            self._directions[:rays, 0], self._directions[:rays, 1] = np.cos(angles), np.sin(angles)
+            directions = self._caster.directions
+            directions[:rays, 0], directions[:rays, 1] = np.cos(angles), np.sin(angles)
 
 
 def spec_angles(spec: LidarModel, rays: int) -> tuple[float, float]:
