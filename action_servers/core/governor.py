@@ -3,9 +3,9 @@
 It checks, in this order: are the senses fresh; does another reason hold the base; is a bumper
 pressed, or a cliff, where it drives; can the hull stop before everything in the scan along this
 twist, turning included; does a moving obstacle approach on a collision course. The wanted twist is
-first limited to the robot's own limits, so that each check is about a twist that the base can
-drive. The result is that twist, a slower one on the same arc, zero, or, while a goal drives, a
-twist away from a moving obstacle; and the reason.
+first limited to the robot's own limits and to the speed limit, so that each check is about a twist
+that the base can drive. The result is that twist, a slower one on the same arc, zero, or, while a
+goal drives, a twist away from a moving obstacle; and the reason.
 """
 
 from __future__ import annotations
@@ -122,6 +122,10 @@ class Governor:
         if not (-fastest <= linear <= fastest and -sharpest <= angular <= sharpest):
             linear = max(-fastest, min(linear, fastest))
             wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)), wanted.lateral)
+        speed = math.hypot(linear, wanted.lateral)
+        if speed > now.speed_limit:
+            share = now.speed_limit / speed
+            wanted = Twist2D(wanted.linear * share, wanted.angular * share, wanted.lateral * share)
         hazard = next((each for each in now.hazards if each.is_towards(wanted)), None)
         if hazard is not None:
             twist, obstacle = ZERO, hazard.words

@@ -109,7 +109,7 @@ class Observation:
     from step to step until a newer message comes, so an identity test shows whether they are new.
     `held` says what holds the base: why what the maneuver wanted last was not commanded, or is not
     going to be now. While it `gives_way`, what is in the way of the goal does not end it. `hazards`
-    are those of bumpers and cliff sensors.
+    are those of bumpers and cliff sensors. No goal drives faster than `speed_limit`, m/s.
     """
 
     time_s: float
@@ -124,6 +124,7 @@ class Observation:
     held: Held | None = None
     hazards: tuple[Hazard, ...] = ()
     joints: JointReadings | None = None
+    speed_limit: float = math.inf
 
     @property
     def held_by(self) -> Reason | None:

@@ -47,12 +47,12 @@ class Steering:
             self._began = yaw
         elif abs(wrap(yaw - self._began)) >= STROKE_RAD:
             self.reverse(now)
-        return self._stroke(angular)
+        return self._stroke(angular, now.speed_limit)
 
     def reverse(self, now: Observation) -> None:
         """Begin a stroke in the other direction."""
         self._direction, self._began = -self._direction, 0.0 if now.odom is None else now.odom.yaw
 
-    def _stroke(self, angular: float) -> Twist2D:
-        speed = min(abs(angular) / self._sharpest, self._fastest)
+    def _stroke(self, angular: float, speed_limit: float) -> Twist2D:
+        speed = min(abs(angular) / self._sharpest, self._fastest, speed_limit)
         return Twist2D(self._direction * speed, math.copysign(speed * self._sharpest, angular))

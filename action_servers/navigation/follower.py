@@ -66,10 +66,10 @@ class Follower:
         """Length of path still to drive, m."""
         return 0.0 if self._driven else self._path.length - self._along
 
-    def seconds_left(self, pose: Pose2D) -> float:
-        """Estimate the time still needed, s."""
+    def seconds_left(self, pose: Pose2D, speed_limit: float) -> float:
+        """Estimate the time still needed at most at `speed_limit` (m/s), s."""
         turn = abs(wrap(self._goal_yaw - pose.yaw)) if self._driven else 0.0
-        return self.remaining / self._limits.linear + turn / self._limits.angular
+        return self.remaining / min(self._limits.linear, speed_limit) + turn / self._limits.angular
 
     def blocked_in(self, survey: Survey) -> float:
         """Return the distance to the first point ahead that has become too tight, m, or inf."""

@@ -58,6 +58,7 @@ class NavigateToPose:
         self._start_s: float | None = None
         self._is_stopped = False
         self._time_s = 0.0
+        self._speed_limit = math.inf
         self._pose: Pose2D | None = None
 
     @property
@@ -70,6 +71,7 @@ class NavigateToPose:
         if self._start_s is None:
             self._start_s = now.time_s
         self._time_s = now.time_s
+        self._speed_limit = now.speed_limit
         self.surroundings.observe(now)
         lost = self._lost(now, self._tuning.give_up_after)
         if lost is not None:
@@ -89,7 +91,9 @@ class NavigateToPose:
         if self._pose is None:
             return None
         left = 0.0 if self._follower is None else self._follower.remaining
-        seconds = 0.0 if self._follower is None else self._follower.seconds_left(self._pose)
+        seconds = 0.0
+        if self._follower is not None:
+            seconds = self._follower.seconds_left(self._pose, self._speed_limit)
         return {
             "current_pose": self._pose,
             "navigation_time": self._time_s - (self._start_s or 0.0),
@@ -197,7 +201,9 @@ class NavigateToPose:
             return ZERO, False
         survey = self.surroundings.survey
         ahead = self._follower.blocked_in(survey)
-        limit = self._limits.approach(ahead - _STOP_BEFORE_M) if ahead < math.inf else math.inf
+        limit = self._speed_limit
+        if ahead < math.inf:
+            limit = min(limit, self._limits.approach(ahead - _STOP_BEFORE_M))
         wanted = self._follower.steer(pose, survey, self._ramp.twist.linear, limit)
         if wanted is None and distance(pose, self._goal) > 2 * self._tuning.goal_distance:
             self._follower = None

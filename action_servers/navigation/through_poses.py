@@ -34,12 +34,14 @@ class NavigateThroughPoses:
         self._leg = self._new_leg()
         self._start_s: float | None = None
         self._time_s = 0.0
+        self._fastest = robot.max_linear_velocity
         self._recoveries = 0
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         self._start_s = now.time_s if self._start_s is None else self._start_s
         self._time_s = now.time_s
+        self._fastest = min(self._robot.max_linear_velocity, now.speed_limit)
         while not self._at_last and self._passes(now.map_pose):
             self._go_on()
         answer = self._leg.step(now)
@@ -70,7 +72,7 @@ class NavigateThroughPoses:
             "navigation_time": self._time_s - self._start_s,
             "number_of_recoveries": self._recoveries + self._leg.recoveries,
             "distance_remaining": left + beyond if left else 0.0,
-            "estimated_time_remaining": seconds + beyond / self._robot.max_linear_velocity,
+            "estimated_time_remaining": seconds + beyond / self._fastest,
             "number_of_poses_remaining": len(self._poses) - self._index,
         }
 

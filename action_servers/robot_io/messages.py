@@ -123,6 +123,17 @@ def odometry_of(picked: Picked) -> OdometryMessage | None:
     return OdometryMessage(stamp_s, picked.texts["header.frame_id"], pose, velocity)
 
 
+def speed_limit_of(message: Any, fastest: float) -> float | None:
+    """Translate a `nav2_msgs/SpeedLimit` to m/s; `fastest` is the robot's highest speed.
+
+    0 stands for no limit, as in Nav2. None for what is not a number of 0 or more.
+    """
+    limit = message.speed_limit * (fastest / 100.0 if message.percentage else 1.0)
+    if not limit >= 0.0:
+        return None
+    return limit or math.inf
+
+
 def pose_of(message: Any) -> Pose2D | None:
     """Translate a `geometry_msgs/Pose`; None for a number that is not finite."""
     return _pose(message.position, message.orientation)

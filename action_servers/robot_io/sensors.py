@@ -6,12 +6,14 @@ by `core.cdr`: to unpack an odometry message with rclpy costs ten times as much 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Generic, TypeVar
 
+from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
@@ -34,6 +36,7 @@ from action_servers.robot_io.messages import (
     odometry_picker,
     scan_of,
     seconds,
+    speed_limit_of,
 )
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
@@ -47,6 +50,7 @@ T = TypeVar("T")
 # Best effort matches every publisher, also drivers that send sensor data best effort, and of a
 # stream only the newest message is of use.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+RELIABLE = QoSProfile(depth=1)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TRANSFORMS = QoSProfile(depth=100)
 FIXED_TRANSFORMS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -75,6 +79,9 @@ class SensorWiring:
     )
     joints: str = text(
         "topics.joints", "joint_states", "Joints of arm and gripper, sensor_msgs/JointState."
+    )
+    speed_limit: str = text(
+        "topics.speed_limit", "speed_limit", "The highest speed, nav2_msgs/SpeedLimit."
     )
     map: str = text("topics.map", "map", "The map, nav_msgs/OccupancyGrid.")
     camera: str = text("topics.camera", "camera/image_raw", "Pictures, sensor_msgs/Image.")
@@ -241,6 +248,10 @@ class SensorSubscriptions:
             if robot.moved_joints
             else None
         )
+        self._speed_limit = Latest(
+            partial(deserialize_message, message_type=SpeedLimit),
+            partial(speed_limit_of, fastest=robot.max_linear_velocity),
+        )
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._newest_read: bytes | None = None
         """The newest of the transforms that have been looked through."""
@@ -260,6 +271,7 @@ class SensorSubscriptions:
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
         listen(TFMessage, wiring.tf, self._frames.moving.append, TRANSFORMS)
         if listen_to_map:
+            listen(SpeedLimit, wiring.speed_limit, self._speed_limit.take, RELIABLE)
             listen(TFMessage, wiring.tf_static, self._frames.fixed.append, FIXED_TRANSFORMS)
             self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED, largest=LARGEST_MAP)
 
@@ -296,6 +308,7 @@ class SensorSubscriptions:
         """Return the present observation; `on_map` adds the map and the pose on it."""
         odometry = self._odometry.value()
         on_map = on_map or self._map_users > 0
+        speed_limit = self._speed_limit.value()
         return Observation(
             time_s=seconds(clock_ns(self._clock)),
             odom=odometry.pose if odometry else None,
@@ -308,6 +321,7 @@ class SensorSubscriptions:
             frame_on_map=self._frames.on_map if on_map else None,
             hazards=self._present_hazards() if self._hazards else (),
             joints=None if self._joints is None else self._joints.value(),
+            speed_limit=math.inf if speed_limit is None else speed_limit,
         )
 
     def _present_hazards(self) -> tuple[Hazard, ...]:

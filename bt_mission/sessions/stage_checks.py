@@ -25,6 +25,7 @@ TOPICS = frozenset(
             "odom",
             "plan",
             "robot_description",
+            "speed_limit",
             "tf",
         ),
         *("tf_static", "total_distance", "waypoints", "zones"),

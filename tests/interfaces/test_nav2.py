@@ -41,6 +41,7 @@ def _fields(text: str) -> list[list[tuple[str, ...]]]:
     [
         *(f"action/{served.action.type.rpartition('/')[2]}.action" for served in NAV2.values()),
         "msg/MissedWaypoint.msg",
+        "msg/SpeedLimit.msg",
     ],
 )
 def test_fields_and_constants_are_those_of_the_published_definition(file: str) -> None:

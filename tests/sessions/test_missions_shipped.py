@@ -72,6 +72,40 @@ def test_patrol_visits_the_four_zones(stage: Any) -> None:
     assert [name for _, name in sorted(visits)] == ["A", "B", "C", "D"]
 
 
+def test_a_speed_limit_holds_for_each_goal_of_a_faster_robot(stage: Any) -> None:
+    """From its message to the next; 0 ends it. The requirement reads the same input."""
+    run = stage.run(
+        """\
+mission: at a speed
+world: empty_arena
+robot: rosbot
+inputs: {top_speed: 0.2}
+requirements:
+  keeps to it: 'whenever running("in town"): abs(speed) <= $top_speed + 0.005'
+  drives at it: 'eventually (running("in town") and speed > $top_speed - 0.005)'
+  is faster without it: 'eventually (running("beyond") and speed > 0.45)'
+tree:
+  sequence:
+    - publish:
+        topic: speed_limit
+        type: nav2_msgs/msg/SpeedLimit
+        message: {speed_limit: $top_speed}
+    - sequence:
+        - navigate_to_pose: {pose: [0.7, 0, 0]}
+          timeout: 20
+        - drive_on_heading: {target: [0.3, 0, 0], speed: 0.4}
+          timeout: 20
+      name: in town
+    - publish: {topic: speed_limit, type: nav2_msgs/msg/SpeedLimit, message: {}}
+    - navigate_to_pose: {pose: [-0.7, 0, 0]}
+      name: beyond
+      timeout: 20
+"""
+    )
+    run.until_done()
+    assert (run.status, run.reason) == ("success", "")
+
+
 def test_sweep_writes_its_pictures(stage: Any, tmp_path: Any) -> None:
     """Six PNG files that can be opened, that differ, in one folder of their own."""
     run = stage.run("sweep")

@@ -50,6 +50,22 @@ def test_in_the_open_every_twist_passes_within_the_limits(robot):
     )
 
 
+def test_no_twist_is_faster_than_the_speed_limit_and_each_keeps_its_arc(robot):
+    """Also one that slides; a turn on the spot has no speed."""
+    governor, now = Governor(robot), dataclasses.replace(in_the_open(1.0), speed_limit=0.1)
+    for wanted, expected in [
+        (Twist2D(0.2, 0.4), Twist2D(0.1, 0.2)),
+        (Twist2D(-0.2, 0.4), Twist2D(-0.1, 0.2)),
+        (Twist2D(0.05, 0.4), Twist2D(0.05, 0.4)),
+        (Twist2D(0.0, 1.0), Twist2D(0.0, 1.0)),
+    ]:
+        assert asked(governor, wanted, now) == Allowed(expected)
+    slides, car = (Governor(load_robot(name)) for name in ("rosbot", "f1tenth"))
+    assert asked(slides, Twist2D(0.12, 0.0, 0.16), now) == Allowed(Twist2D(0.06, 0.0, 0.08))
+    stroke = asked(car, Twist2D(0.0, 0.6), now).twist
+    assert stroke.linear == 0.1
+
+
 @pytest.mark.parametrize(
     ("twist", "wall"),
     [

@@ -144,7 +144,9 @@ def test_a_path_that_begins_in_a_tight_place_is_not_blocked_by_it(follow, room):
 
 
 def test_the_time_left_is_that_of_driving_and_of_the_last_turn(follow, room):
-    """2.4 m at 0.26 m/s."""
+    """2.4 m at 0.26 m/s, or at the speed limit."""
     follower = follow(STRAIGHT)
     steer(follower, Pose2D(0.6, 1.1, 0.0), room)
-    assert follower.seconds_left(Pose2D(0.6, 1.1, 0.0)) == pytest.approx(2.4 / 0.26)
+    pose = Pose2D(0.6, 1.1, 0.0)
+    assert follower.seconds_left(pose, math.inf) == pytest.approx(2.4 / 0.26)
+    assert follower.seconds_left(pose, 0.1) == pytest.approx(2.4 / 0.1)

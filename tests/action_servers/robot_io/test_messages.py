@@ -12,6 +12,7 @@ from bt_mission_interfaces.action import CameraSweep, ExploreForward, TakePictur
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion, Transform
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
+from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, LaserScan
@@ -27,6 +28,7 @@ from action_servers.robot_io.messages import (
     odometry_picker,
     scan_of,
     seconds,
+    speed_limit_of,
     stamp_of,
     transform_of,
 )
@@ -118,6 +120,24 @@ def test_odometry_that_is_no_number_is_none(field, value):
     outer, inner = field.split(".")
     setattr(getattr(message.pose.pose, outer), inner, value)
     assert translated(message) is None
+
+
+@pytest.mark.parametrize(
+    ("percentage", "value", "expected"),
+    [
+        (False, 0.1, 0.1),
+        (True, 50.0, 0.13),
+        (False, 0.0, math.inf),
+        (True, 0.0, math.inf),
+        (False, -0.1, None),
+        (False, math.nan, None),
+        (False, math.inf, math.inf),
+    ],
+)
+def test_speed_limit(percentage, value, expected):
+    """In m/s or in percent of the robot's highest speed; 0 is no limit, as in Nav2."""
+    message = SpeedLimit(percentage=percentage, speed_limit=value)
+    assert speed_limit_of(message, 0.26) == expected
 
 
 def test_transform():

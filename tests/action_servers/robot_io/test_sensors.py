@@ -147,7 +147,7 @@ def test_a_robot_in_a_namespace(tmp_path, waffle, context):
         ServerOptions(image_folder=tmp_path, lean=True, context=context, namespace="robot_7"),
     )
     topics = {subscription.topic_name for subscription in node.subscriptions}
-    names = ("scan", "odom", "tf", "tf_static", "map", "motors_on")
+    names = ("scan", "odom", "tf", "tf_static", "map", "motors_on", "speed_limit")
     assert topics == {f"/robot_7/{name}" for name in names}
     assert node.count_publishers("/robot_7/cmd_vel") == 1
     node.destroy_node()
