@@ -99,7 +99,41 @@ class ColourLimit:
         return did_you_mean(value, COLOURS)
 
 
-Limit: TypeAlias = NumberLimit | ColourLimit
+@dataclass(frozen=True, slots=True)
+class JointsLimit:
+    """The joints that a goal names: all those of an arm, each once, in any order."""
+
+    field: str
+    joints: tuple[str, ...]
+    source: str = "arm of the robot"
+
+    @property
+    def words(self) -> str:
+        """The accepted values, as text."""
+        return f"all of {listed(self.joints)}"
+
+    def fault(self, value: Any) -> str | None:
+        """Return why a server refuses a goal with these names, or None."""
+        unknown = self._unknown(value)
+        if unknown is not None:
+            known = f"joints: {listed(self.joints)}"
+            return f"{self.field}: no joint '{unknown[:60]}' in the arm ({known})"
+        twice = next((name for index, name in enumerate(value) if name in value[:index]), None)
+        if twice is not None:
+            return f"{self.field}: the joint '{twice}' is named twice"
+        missing = [name for name in self.joints if name not in value]
+        return f"{self.field} must name all joints; missing: {listed(missing)}" if missing else None
+
+    def hint(self, value: Any) -> str | None:
+        """Return the joint that was probably meant, if one is near."""
+        unknown = self._unknown(value)
+        return None if unknown is None else did_you_mean(unknown, self.joints)
+
+    def _unknown(self, names: Any) -> str | None:
+        return next((name for name in names if name not in self.joints), None)
+
+
+Limit: TypeAlias = NumberLimit | ColourLimit | JointsLimit
 Limits: TypeAlias = tuple[Limit, ...]
 
 LINEAR = "max_linear_velocity of the robot"
@@ -142,5 +176,5 @@ def faults(goal: Any, limits: Limits) -> Iterator[str | None]:
     for limit in limits:
         value = attrgetter(limit.field)(goal)
         fault = limit.fault(to_ns(value) / NS if hasattr(value, "nanosec") else value)
-        hint = limit.hint(value) if fault and isinstance(limit, ColourLimit) else None
+        hint = limit.hint(value) if fault and not isinstance(limit, NumberLimit) else None
         yield f"{fault}; {hint}" if hint else fault

@@ -15,9 +15,9 @@ from enum import IntEnum
 from typing import Any
 
 from action_servers.core.action import Action, JointCommands
-from action_servers.core.checks import stale_joints
+from action_servers.core.checks import refusal, stale_joints
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.limits import NOT_NEGATIVE, Limits, NumberLimit
+from action_servers.core.limits import NOT_NEGATIVE, JointsLimit, Limits, NumberLimit, faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -64,6 +64,7 @@ def limits(robot: RobotModel, _tuning: Tuning) -> Limits:
     if robot.arm is None:
         return ()
     return (
+        JointsLimit("trajectory.joint_names", tuple(robot.arm.joints)),
         NumberLimit(
             field="goal_time_tolerance", low=0.0, high=math.inf, unit="s", source=NOT_NEGATIVE
         ),
@@ -74,15 +75,12 @@ def misfit(goal: Any, robot: RobotModel) -> str | None:
     """Return why an arm cannot follow a trajectory, wherever it is now; or None."""
     if robot.arm is None:
         return f"the robot '{robot.name}' has no arm"
-    return next(_misfits(goal, robot.arm.joints), None)
+    names = refusal(*faults(goal, limits(robot, TUNING)))
+    return names.reason if names is not None else next(_misfits(goal, robot.arm.joints), None)
 
 
 def _misfits(goal: Any, joints: Mapping[str, JointLimits]) -> Iterator[str]:
     names = list(goal.trajectory.joint_names)
-    yield from _wrong_names("trajectory.joint_names", names, joints)
-    missing = [name for name in joints if name not in names]
-    if missing:
-        yield f"trajectory.joint_names must name all joints; {listed(missing)} is missing"
     if goal.multi_dof_trajectory.points or goal.multi_dof_trajectory.joint_names:
         yield "multi_dof_trajectory is not supported"
     for part in ("component_path_tolerance", "component_goal_tolerance"):

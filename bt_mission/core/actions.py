@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
 from importlib.util import find_spec
@@ -19,6 +19,8 @@ from typing import Any, Literal, TypeAlias
 Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera", "arm", "gripper"]
 PARTS: tuple[Need, ...] = ("arm", "gripper")
 """Needs that one goal at a time moves, and that not every robot has."""
+GOALS_AT: Mapping[str, Need] = {f"goals_at_{part}": part for part in ("base", *PARTS)}
+"""The signals that count the open goals of a part, one goal at a time of which moves it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +55,11 @@ class ActionName:
     def part(self) -> str:
         """The part that it moves besides the base; empty for none."""
         return next((need for need in self.needs if need in PARTS), "")
+
+    @property
+    def moves(self) -> str:
+        """The base, or another part, which one goal at a time moves; empty for none."""
+        return "base" if self.moves_base else self.part
 
     @property
     def needs_camera(self) -> bool:
@@ -94,10 +101,15 @@ def declared() -> Mapping[str, DeclaredAction]:
     return actions
 
 
-def moves_base(action: str) -> bool:
-    """Return whether an action drives the base, by its ROS name in any namespace."""
+def moved_part(action: str) -> str:
+    """Return the part that an action moves, by its ROS name in any namespace; empty for none."""
     known = declared_as(action)
-    return known is not None and known.known.moves_base
+    return "" if known is None else known.known.moves
+
+
+def goals_at(part: str, actions: Iterable[str]) -> int:
+    """Return how many goals of these actions move a part of the robot."""
+    return sum(moved_part(action) == part for action in actions)
 
 
 def declared_as(action: str) -> DeclaredAction | None:

@@ -15,7 +15,7 @@ from bt_mission.proving.explorer import Explored
 PROPERTIES = {
     "ends": "every run ends once its servers answer as usual",
     "goals_accounted": "no goal that a server works on is lost from the ledger",
-    "one_goal_at_the_base": "the base never has two open goals",
+    "one_goal_at_a_part": "no part ever has two open goals",
     "cleanup": "every clean-up of `finally` runs",
     "unset_variable": "no variable is read before it has a value",
     "unhandled": "no leaf stops the mission with its own error",
@@ -123,15 +123,16 @@ class Claims:
 
 def _states_broken(environment: Environment) -> Iterator[Broken]:
     """Yield the properties that a state breaks."""
-    driving = environment.open_at_base
-    if len(driving) > 1:
-        actions = [action for action, _ in driving]
+    for part, goals in environment.open_at_parts.items():
+        if len(goals) < 2:
+            continue
+        actions = [action for action, _ in goals]
         yield Broken(
-            "one_goal_at_the_base",
+            "one_goal_at_a_part",
             " ".join(sorted(actions)),
             "",
-            f"{' and '.join(actions)} have open goals at the base at the same time",
-            nodes=tuple(owner for _, owner in driving),
+            f"{' and '.join(actions)} have open goals at the {part} at the same time",
+            nodes=tuple(owner for _, owner in goals),
         )
     for action, owner in environment.unaccounted:
         goal = f"{owner} at {action}"

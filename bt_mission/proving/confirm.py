@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from bt_mission.core.actions import moved_part
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import make_folder_of, write_file
 from bt_mission.core.text import escape_control
@@ -29,7 +30,7 @@ BEHIND_S = 10.0
 MOST_SEEDS = 8
 """Number of seeds to try for a run with random draws."""
 
-ONE_GOAL = "one goal at the base"
+ONE_GOAL = "one goal at the {part}"
 CLEANED = "the clean-up runs"
 ACCOUNTED = "the ledger holds the goal"
 NO_RUN = {
@@ -69,10 +70,12 @@ def check_of(finding: Finding) -> Check:
     broken = finding.broken
     why = NO_RUN.get(finding.property, "no run shows it")
     match broken.name if broken is not None else "":
-        case "one_goal_at_the_base":
+        case "one_goal_at_a_part":
+            part = moved_part(broken.about.partition(" ")[0]) if broken is not None else ""
+            one_goal = ONE_GOAL.format(part=part)
             return Check(
-                lambda result: ONE_GOAL in result.violated,
-                requirements={ONE_GOAL: "never goals_at_base > 1"},
+                lambda result: one_goal in result.violated,
+                requirements={one_goal: f"never goals_at_{part} > 1"},
                 limit_s=BEHIND_S,
             )
         case "requirement":

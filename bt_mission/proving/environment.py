@@ -526,15 +526,14 @@ class Environment:
     # ---- the state --------------------------------------------------------------------------
 
     @property
-    def open_at_base(self) -> list[tuple[str, str]]:
-        """The open goals at the base, as its servers see it: their actions and leaves."""
-        return [
-            (server.name, served.goal.owner)
-            for server in self._goal_servers.values()
-            if server.moves_base
-            for served in server.goals
-            if served.is_live
-        ]
+    def open_at_parts(self) -> dict[str, list[tuple[str, str]]]:
+        """The open goals at each part, as its servers see it: their actions and leaves."""
+        parts: dict[str, list[tuple[str, str]]] = {}
+        for server in self._goal_servers.values():
+            for served in server.goals if server.moves else ():
+                if served.is_live:
+                    parts.setdefault(server.moves, []).append((server.name, served.goal.owner))
+        return parts
 
     @property
     def unaccounted(self) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.core.actions import moves_base
+from bt_mission.core.actions import moved_part
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.proving.answers import ANSWERS, ROWS, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
@@ -81,7 +81,7 @@ class GoalServer:
         self._type = action_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
         self._evaluator_of = evaluator_of
-        self.moves_base = moves_base(name)
+        self.moves = moved_part(name)
         self._requests, self._results_of, self._present = Known(), Known(), Known()
         self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
         self.goals: list[ServedGoal] = []

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.core.actions import moves_base
+from bt_mission.core.actions import GOALS_AT, goals_at
 from bt_mission.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
@@ -24,7 +25,7 @@ from bt_mission.requirements.monitor import Monitor
 from bt_mission.requirements.operators import Aligned, Atom
 
 STATUSES = {"running": Status.RUNNING, "succeeded": Status.SUCCESS, "failed": Status.FAILURE}
-READABLE = ("$", "open_goals", "goals_at_base", "accepted", "outcome", *STATUSES)
+READABLE = ("$", "open_goals", *GOALS_AT, "accepted", "outcome", *STATUSES)
 """The signals that an exploration knows."""
 
 
@@ -99,8 +100,8 @@ class RequirementMonitors:
             return lambda: self._variable(arguments[0])
         if name == "open_goals":
             return lambda: len(self._ledger.open_goals)
-        if name == "goals_at_base":
-            return self._goals_at_base
+        if name in GOALS_AT:
+            return partial(self._goals_at, GOALS_AT[name])
         nodes = self._named(arguments[0])
         if name == "accepted":
             return lambda: any(map(_is_accepted, nodes))
@@ -126,8 +127,8 @@ class RequirementMonitors:
         value = self._variables.get(name)
         return None if isinstance(value, NoValue) else value
 
-    def _goals_at_base(self) -> int:
-        return sum(moves_base(goal.goal_client.name) for goal in self._ledger.open_goals)
+    def _goals_at(self, part: str) -> int:
+        return goals_at(part, (goal.goal_client.name for goal in self._ledger.open_goals))
 
     def _named(self, name: str) -> list[Behaviour]:
         executive = self._executive

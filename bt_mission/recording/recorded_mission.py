@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import HALTED, ActionLeaf
-from bt_mission.core.actions import moves_base
+from bt_mission.core.actions import GOALS_AT, goals_at
 from bt_mission.core.diagnostics import quoted
 from bt_mission.events.events import (
     FINAL,
@@ -98,12 +99,15 @@ class RecordedMission:
             return "the recording has no trace of the mission"
         makers: Mapping[str, Callable[..., Reader | str]] = {
             "open_goals": lambda: lambda: len(self._open),
-            "goals_at_base": lambda: lambda: sum(map(moves_base, self._open.values())),
+            **{each: partial(partial, self._goals_at, part) for each, part in GOALS_AT.items()},
             "collisions": self._count_collisions,
             "outcome": self._outcome,
             "feedback": self._feedback_of,
         }
         return makers[name](*arguments)
+
+    def _goals_at(self, part: str) -> int:
+        return goals_at(part, self._open.values())
 
     def wants(self, happening: RecordedMessage) -> bool:
         """Return whether a message is needed."""

@@ -6,13 +6,14 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.core.actions import moves_base
+from bt_mission.core.actions import GOALS_AT, goals_at
 from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
@@ -192,7 +193,7 @@ class LiveSignals:
             "$": self._variable,
             "time": lambda: self._time,
             "open_goals": lambda: lambda: len(self._runner.ledger.open_goals),
-            "goals_at_base": lambda: self._goals_at_base,
+            **{each: partial(partial, self._goals_at, part) for each, part in GOALS_AT.items()},
             "feedback": self._feedback,
             "accepted": self._accepted,
             "outcome": self._outcome,
@@ -290,9 +291,8 @@ class LiveSignals:
 
         return value
 
-    def _goals_at_base(self) -> int:
-        goals = self._runner.ledger.open_goals
-        return sum(moves_base(goal.goal_client.name) for goal in goals)
+    def _goals_at(self, part: str) -> int:
+        return goals_at(part, (goal.goal_client.name for goal in self._runner.ledger.open_goals))
 
     def _leaves(self, node: str) -> Iterator[ActionLeaf]:
         return (leaf for leaf in self._named[node] if isinstance(leaf, ActionLeaf))

@@ -7,11 +7,14 @@ that this was not done.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import TypeAlias
 
 from bt_mission.core import files
+from bt_mission.core.actions import ActionName, declared, declared_as
 from bt_mission.core.diagnostics import (
     Diagnostic,
     InputError,
@@ -32,6 +35,7 @@ from bt_mission.language.loader import Examined, read_mission
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
@@ -40,8 +44,11 @@ from bt_mission.sessions.load import Source, document_of
 from sim.world.loader import load_world
 from sim.world.world import World
 
-NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
-MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
+_BY_TYPE: Mapping[str, ActionName] = {
+    known.type: known
+    for known in (*(action.known for action in declared().values()), *ACTION_NAMES.values())
+}
+"""Actions by their types: what they need, and the part that they move."""
 
 
 def examine(
@@ -109,9 +116,9 @@ def _faults(
     is_staged = servers is not None
     yield from factory_diagnostics(mission.nodes, permissions, is_needed=is_staged)
     yield from _place_diagnostics(mission, permissions)
-    yield from _base_diagnostics(mission)
+    yield from _parallel_diagnostics(mission)
     yield from word_inputs(mission)
-    yield from _camera_diagnostics(mission, permissions)
+    yield from _part_diagnostics(mission, servers, permissions)
     find: FindShapes | None = None
     try:
         from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - the rest works without
@@ -179,26 +186,37 @@ def _is_there(kind: files.Kind, wanted: str, mission: Mission, permissions: Perm
     return path is not None and permissions.allows(path, kind)
 
 
-def _base_diagnostics(mission: Mission) -> Iterator[Diagnostic]:
-    """Yield a warning for every parallel of which two children move the base."""
+Moved: TypeAlias = tuple[str, str]
+"""A part of the robot, and the server that moves it where several may."""
+
+
+def _parallel_diagnostics(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield a warning for every parallel of which two children move the same part."""
     for tree in mission.all_trees:
         for step in tree.body.walk():
             if not isinstance(step, ParallelNode):
                 continue
-            movers = [
-                child
-                for child in step.children
-                if any(
-                    isinstance(node, GoalNode) and node.type in MOVES_THE_BASE
-                    for node in reached(child, mission)
-                )
-            ]
-            if len(movers) > 1:
-                what = "two branches of a parallel move the base"
-                message = f"{what}; the later goal ends the earlier"
-                yield tree.document.diagnostic(
-                    "BT-239", movers[1].path, message, severity="warning"
-                )
+            movers: dict[Moved, list[NodeModel]] = defaultdict(list)
+            for child in step.children:
+                for moved in set(map(_moved, reached(child, mission))):
+                    movers[moved].append(child)
+            for (part, _), children in sorted(movers.items()):
+                if part and len(children) > 1:
+                    message = (
+                        f"two branches of a parallel move the {part};"
+                        " the later goal ends the earlier"
+                    )
+                    yield tree.document.diagnostic(
+                        "BT-239", children[1].path, message, severity="warning"
+                    )
+
+
+def _moved(step: NodeModel) -> Moved:
+    """Return the part that a step moves, empty for none; of arms and grippers, with its server."""
+    known = _BY_TYPE.get(step.type) if isinstance(step, GoalNode) else None
+    if known is None or not isinstance(step, GoalNode):
+        return "", ""
+    return known.moves, step.ros_name.strip("/") if known.part else ""
 
 
 def has_camera(mission: Mission) -> bool:
@@ -209,18 +227,39 @@ def has_camera(mission: Mission) -> bool:
         return True  # reported elsewhere, or when it is used
 
 
-def _camera_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
-    """Yield a fault for every goal that takes pictures with a robot that has no camera."""
+def _part_diagnostics(
+    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+) -> Iterator[Diagnostic]:
+    """Yield a fault for every goal that needs a camera, an arm or a gripper which is missing."""
     steps = [
-        (tree.document, step)
+        (tree.document, step, part)
         for tree in mission.all_trees
         for step in tree.body.walk()
-        if isinstance(step, GoalNode) and step.type in NEEDS_A_CAMERA
+        if isinstance(step, GoalNode) and (part := _optional_part(step, servers))
     ]
     if not steps or not _is_there("robots", mission.robot, mission, permissions):
         return
-    if not has_camera(mission):
-        name = load_robot(mission.robot, near=mission.file).name
-        for document, step in steps:
-            message = f"{step.ros_name} needs a camera; a {name} has none"
+    try:
+        robot = load_robot(mission.robot, near=mission.file)
+    except BtMissionError:
+        return  # reported elsewhere, or when it is used
+    for document, step, part in steps:
+        if getattr(robot, part) is None:
+            a = "an" if part == "arm" else "a"
+            message = f"{step.ros_name} needs {a} {part}; a {robot.name} has none"
             yield document.diagnostic("BT-508", step.path, message)
+
+
+def _optional_part(step: GoalNode, servers: ServerSettings | None) -> str:
+    """Return the part that a goal needs and that not every robot has; empty for none.
+
+    Arms and grippers of other servers are unknown here.
+    """
+    known = _BY_TYPE.get(step.type)
+    if known is None:
+        return ""
+    if known.needs_camera:
+        return "camera"
+    if servers is None or declared_as(step.ros_name) is None:
+        return ""
+    return known.part if servers.offered is None or known.name in servers.offered else ""

@@ -9,7 +9,7 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from action_servers.core.action import Action
+from action_servers.core.action import Action, lacks_part
 from action_servers.core.limits import Limit, NumberLimit
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.server.actions import action
@@ -83,7 +83,7 @@ class ServerGoalRules:
     ) -> Iterator[Diagnostic]:
         """Yield why our servers refuse a goal, and numbers that look as if of another unit."""
         rules = self._rules(node)
-        if rules is None:
+        if rules is None or lacks_part(rules, self._robot):
             return
         refused = False
         for limit in rules.limits(self._robot, self._settings.tuning):
@@ -164,6 +164,8 @@ def _value(values: Mapping[str, Any], dotted: str) -> Any:
     part: Any = values
     for name in dotted.split("."):
         part = None if part is None else part[name]
+    if isinstance(part, list):
+        return None if _has_unknown(part) else part
     if isinstance(part, Mapping):
         return None if _has_unknown(part) else part["sec"] + part["nanosec"] / NS
     return part

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any
 
-from bt_mission.core.actions import moves_base
+from bt_mission.core.actions import GOALS_AT, goals_at
 from bt_mission.core.errors import described
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
@@ -38,7 +38,10 @@ OF_MOMENT: Mapping[str, Callable[[Moment], Plain]] = {
     "odometry.y": lambda moment: moment.odometry[1],
     "odometry.yaw": lambda moment: moment.odometry[2],
     "open_goals": lambda moment: len(moment.open_goals),
-    "goals_at_base": lambda moment: sum(map(moves_base, moment.open_goals)),
+    **{
+        name: lambda moment, part=part: goals_at(part, moment.open_goals)  # type: ignore[misc]
+        for name, part in GOALS_AT.items()
+    },
 }
 OF_NODE = ("running", "succeeded", "failed")
 

@@ -59,14 +59,31 @@ def test_a_rejected_goal_is_scripted_and_its_test_passes_after_the_mend(tmp_path
     assert (result.passed, result.report.status) == (True, "success")
 
 
-def test_two_drives_are_seen_by_the_goals_at_the_base(tmp_path: Path) -> None:
+GRIP = """action:
+        name: gripper_controller/gripper_cmd
+        type: control_msgs/action/GripperCommand
+        goal: {command: {position: 0.01}}
+      timeout: 9"""
+
+
+@pytest.mark.parametrize(
+    ("part", "goals", "servers"),
+    [
+        ("base", (TURN, MOVE), {"turn": [{"end": "never"}], "move": [{"end": "never"}]}),
+        ("gripper", (GRIP, GRIP), {"gripper_controller/gripper_cmd": [{"end": "never"}] * 2}),
+    ],
+)
+def test_two_goals_at_a_part_are_seen(
+    part: str, goals: tuple[str, str], servers: dict[str, object], tmp_path: Path
+) -> None:
     """Both goals are accepted and stay open."""
-    (finding,) = run_all(tmp_path, f"  parallel:\n    - {TURN}\n    - {MOVE}", faults=0)
+    tree = "  parallel:\n" + "".join(f"    - {goal}\n" for goal in goals)
+    (finding,) = run_all(tmp_path, tree, "robot: waffle_arm\n", faults=0)
     assert finding.stage is not None
     assert finding.stage.is_confirmed
     data = scenario_of(finding)
-    assert data["servers"] == {"turn": [{"end": "never"}], "move": [{"end": "never"}]}
-    assert data["requirements"] == {"one goal at the base": "never goals_at_base > 1"}
+    assert data["servers"] == servers
+    assert data["requirements"] == {f"one goal at the {part}": f"never goals_at_{part} > 1"}
 
 
 def test_a_refused_cancel_is_scripted_with_the_times_of_the_way(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ def test_a_mission_with_one_goal_is_proved() -> None:
     assert set(proof.proved) == {
         "ends",
         "goals_accounted",
-        "one_goal_at_the_base",
+        "one_goal_at_a_part",
         "cleanup",
         "unset_variable",
         "unhandled",
@@ -141,7 +141,7 @@ def test_the_output_of_a_goal_without_a_result_is_found() -> None:
 def test_two_drives_in_parallel_are_found() -> None:
     """The shortest way is that both are accepted."""
     proof = proof_of(f"  parallel:\n    - {TURN}\n    - {MOVE}", faults=0)
-    assert collected(proof) == [("one_goal_at_the_base", "")]
+    assert collected(proof) == [("one_goal_at_a_part", "")]
     assert proof.findings[0].steps == ("/turn accepts the goal", "/move accepts the goal")
     assert proof.findings[0].as_dict()["nodes"] == ["0.0", "0.1"]
 
@@ -150,7 +150,7 @@ def test_a_refused_cancel_before_the_next_drive_is_found() -> None:
     """The goal that refuses still drives when the next one begins; without that fault it holds."""
     tree = f"  sequence:\n    - fallback:\n        - {TURN}\n        - log: late\n    - {MOVE}"
     proof = proof_of(tree, faults=2)
-    assert "one_goal_at_the_base" not in proof.proved
+    assert "one_goal_at_a_part" not in proof.proved
     assert proof.findings[0].steps[-2:] == ("/turn refuses to cancel", "/move accepts the goal")
     answers = parse_answers("usual,turn:refuse_cancel,turn:ignore_cancel")
     assert collected(proof_of(tree, faults=2, answers=answers)) == []
@@ -364,4 +364,4 @@ def test_the_way_of_a_finding_is_within_the_bound_on_faults() -> None:
     for finding in prove(mission, options).findings:
         environment = options.environment(mission)
         assert [environment.step(script) for script in finding.way] == [True] * len(finding.way)
-        assert len(environment.open_at_base) == 2
+        assert len(environment.open_at_parts["base"]) == 2

@@ -12,7 +12,7 @@ from typing import Any
 from builtin_interfaces.msg import Duration
 
 from action_servers.core.action import Action
-from action_servers.core.limits import ColourLimit, Limit
+from action_servers.core.limits import ColourLimit, JointsLimit, Limit
 from action_servers.core.tuning import TUNING
 from action_servers.server.actions import action, generated_type
 from bt_mission.core.actions import declared
@@ -89,6 +89,8 @@ def _outside(limit: Limit, valid: Any) -> tuple[Any, ...]:
     """Return values that a limit excludes, of the type of a valid one."""
     if isinstance(limit, ColourLimit):
         return ("", "bleu", "x" * 10_000)
+    if isinstance(limit, JointsLimit):
+        return [], ["elbow"], [*valid, valid[0]], [*valid, "elbow"]
     if isinstance(valid, Duration):
         return Duration(sec=-1), Duration(sec=LEAST)
     if isinstance(valid, int):

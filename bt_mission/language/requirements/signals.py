@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from bt_mission.core.actions import GOALS_AT
 from bt_mission.core.units import Dimension
 from bt_mission.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Type
@@ -94,12 +95,15 @@ SIGNALS: Mapping[str, Signal] = {
     "open_goals": Signal(
         "goals that were sent and have not ended", "integer", range=_POSITIVE, known_by="mission"
     ),
-    "goals_at_base": Signal(
-        "goals that drive the base, were sent and have not ended",
-        "integer",
-        range=_POSITIVE,
-        known_by="mission",
-    ),
+    **{
+        name: Signal(
+            f"goals that move the {part}, were sent and have not ended",
+            "integer",
+            range=_POSITIVE,
+            known_by="mission",
+        )
+        for name, part in GOALS_AT.items()
+    },
     "accepted": Signal(
         "the server has accepted a node's newest goal",
         "bool",

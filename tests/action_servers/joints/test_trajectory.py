@@ -91,7 +91,7 @@ TARGET = to(1.0, -0.5, 0.2, 0.0)
     [
         (goal(TARGET, names=["joint1", "joint2", "joint3", "joint5"]), "did you mean 'joint"),
         (goal(TARGET, names=["joint1", "joint1", "joint3", "joint4"]), "'joint1' is named twice"),
-        (goal(to(0.0, 0.0, 0.0), names=ARM[:3]), "must name all joints; joint4 is missing"),
+        (goal(to(0.0, 0.0, 0.0), names=ARM[:3]), "must name all joints; missing: joint4"),
         (goal(), "expected 1 to 1,000, got 0"),
         (goal(to(1.0)), "trajectory.points[0]: expected 4 positions, got 1"),
         (goal(to(0.0, 1.6, 0.0, 0.0)), "joint2 must be from -1.79 to 1.57, got 1.6"),
