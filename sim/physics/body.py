@@ -9,7 +9,6 @@ speeds are reached; what else was tried stands beside each.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -33,12 +32,12 @@ from sim.physics.names import (
     ROBOT,
     SCREEN_BIT,
     SCREENS,
-    SERVOS,
     SLIDE,
     SOLIMP,
     SOLREF,
     WHEELS,
 )
+from sim.physics.planar import MassFigures, add_planar_drive, add_support
 from sim.physics.scenery import yaw_quaternion
 from sim.physics.spawn import RobotSpawn
 from sim.world.colours import rgba
@@ -53,13 +52,6 @@ The 0.01 of ROBOTIS's own MuJoCo model gives the wheels momentum enough to hop a
 
 _SERVO_GAIN = 0.15
 """N m s: a wheel follows its command within about 15 ms."""
-
-_SERVO_S = 0.005
-"""The time in which the servos of a planar base follow: a car of 1 m/s in a bend of 1 rad/s then
-slides sideways at 5 mm/s."""
-
-_SUPPORT_M = 0.01
-"""The radius of a support without friction, under each wheel of a planar base."""
 
 Triple = tuple[float, float, float]
 
@@ -115,12 +107,18 @@ def _add_built(
     drive = robot.drive
     if isinstance(drive, DifferentialDrive):
         for index, caster in enumerate(drive.casters):
-            _add_support(base, f"{prefix}caster {index}", caster, drive.caster_radius)
+            add_support(base, f"{prefix}caster {index}", caster, drive.caster_radius)
         for name, side in zip(WHEELS, (1, -1), strict=True):
             motor = _add_wheel(spec, base, robot, drive, prefix + name, side=side, contype=contype)
             motor.group = group
     else:
-        _add_planar_drive(spec, base, robot, prefix, group)
+        x, y, z = robot.base_centre_of_mass
+        inertia = robot.base_inertia[2] + robot.base_mass * math.hypot(x, y) ** 2
+        add_planar_drive(spec, base, robot, prefix, group, MassFigures(z, inertia))
+        for (x, y), heading in zip(drive.places, drive.headings, strict=True):
+            size = [drive.wheel_radius, drive.wheel_width / 2, 0]
+            at = [x, y, drive.wheel_radius - robot.base_height]
+            _add_look(base, mujoco.mjtGeom.mjGEOM_CYLINDER, size, at).quat = _sideways(heading)
     return base
 
 
@@ -137,52 +135,6 @@ def _shape_of(spec: mujoco.MjSpec, robot: RobotModel, prefix: str) -> dict[str, 
     mesh = spec.add_mesh(name=f"{prefix}hull", uservert=np.array(points).ravel())
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": mesh.name}
-
-
-def _add_support(base: mujoco.MjsBody, name: str, at: Sequence[float], radius: float) -> None:
-    base.add_geom(
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[radius, 0, 0],
-        pos=at,
-        contype=0,
-        conaffinity=FLOOR_BIT,
-        # The pair would take the floor's friction, which costs up to half of the speed.
-        condim=1,
-        priority=1,
-        group=ROBOT,
-        solref=SOLREF,
-        solimp=SOLIMP,
-    )
-
-
-def _add_planar_drive(
-    spec: mujoco.MjSpec, base: mujoco.MjsBody, robot: RobotModel, prefix: str, group: int
-) -> None:
-    """Add supports, and servos for the velocity ahead, to the left, and of turning."""
-    drive, height = robot.drive, robot.base_height
-    for index, (x, y) in enumerate(drive.places):
-        _add_support(base, f"{prefix}support {index}", (x, y, _SUPPORT_M - height), _SUPPORT_M)
-    # At the height of the centre of mass, so that the base does not pitch.
-    site = base.add_site(name=f"{prefix}drive", pos=[0, 0, robot.base_centre_of_mass[2]], group=5)
-    arm = math.hypot(robot.base_centre_of_mass[0], robot.base_centre_of_mass[1])
-    inertia = robot.base_inertia[2] + robot.base_mass * arm**2
-    for name, axis, moved in zip(
-        SERVOS, (0, 1, 5), (robot.base_mass,) * 2 + (inertia,), strict=True
-    ):
-        gear = [0.0] * 6
-        gear[axis] = 1.0
-        servo = spec.add_actuator(
-            name=prefix + name, target=site.name, trntype=mujoco.mjtTrn.mjTRN_SITE, gear=gear
-        )
-        servo.set_to_velocity(kv=moved / _SERVO_S)
-        servo.forcelimited = True
-        servo.forcerange = [-1.0, 1.0]  # the base sets it
-        servo.group = group
-    for (x, y), heading in zip(drive.places, drive.headings, strict=True):
-        size = [drive.wheel_radius, drive.wheel_width / 2, 0]
-        at = [x, y, drive.wheel_radius - height]
-        _add_look(base, mujoco.mjtGeom.mjGEOM_CYLINDER, size, at).quat = _sideways(heading)
 
 
 def _sideways(yaw: float) -> list[float]:

@@ -273,7 +273,7 @@ def touching(model: mujoco.MjModel, prefix: str = "") -> list[int]:
     return [
         geom
         for geom in range(model.ngeom)
-        if (model.geom_bodyid[geom] == base or model.geom(geom).name in wheels)
+        if (model.body_weldid[model.geom_bodyid[geom]] == base or model.geom(geom).name in wheels)
         and model.geom_conaffinity[geom] & OBSTACLE_BIT
     ]
 
@@ -282,9 +282,12 @@ def _ball(model: mujoco.MjModel, own: Sequence[int]) -> float:
     """Return the radius (m) round the first geom's centre that holds them all."""
     places = []
     for geom in own:
-        body = model.geom_bodyid[geom]
-        is_base = model.body_rootid[body] == body
-        places.append(model.geom_pos[geom] + (0.0 if is_base else model.body_pos[body]))
+        body, place = int(model.geom_bodyid[geom]), model.geom_pos[geom].copy()
+        while model.body_rootid[body] != body:
+            mujoco.mju_rotVecQuat(place, place.copy(), model.body_quat[body])
+            place += model.body_pos[body]
+            body = int(model.body_parentid[body])
+        places.append(place)
     return max(
         float(np.linalg.norm(place - places[0]) + model.geom_rbound[geom])
         for place, geom in zip(places, own, strict=True)

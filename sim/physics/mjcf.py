@@ -1,19 +1,14 @@
 """A robot's own MuJoCo model: read, checked, and attached to the world.
 
-Two things guard MuJoCo's parser and compiler, which end the process for some files. The XML is read
-by SAX first, without entities, within limits of size, depth and numbers, and all files that it
-names lie in its folder. The names of the robot's file are compared with the compiled model.
+Its text is looked through first (`sim.physics.mjcf_text`). The names of the robot's file are
+compared with the compiled model. The wheels of a differential base roll; those of the other bases
+stand still and touch nothing, and the base moves as `sim.physics.planar` says.
 """
 
 from __future__ import annotations
 
 import math
-import re
-import xml.sax
-import xml.sax.handler
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from io import BytesIO
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -22,9 +17,10 @@ import mujoco
 import numpy as np
 
 from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.joints import JointLimits, ModelFile
 from bt_mission.core.robot.model import RobotModel
+from sim.physics.mjcf_text import MjcfError, Path_, fail, look_through
 from sim.physics.names import (
     BASE,
     FLOOR_BIT,
@@ -39,67 +35,13 @@ from sim.physics.names import (
     SOLREF,
     WHEELS,
 )
+from sim.physics.planar import MassFigures, add_planar_drive
 
-Path_ = tuple[str, ...]
-
-MOST_XML_BYTES = 2_000_000
-MOST_ASSET_BYTES = 50_000_000
-MOST_ELEMENTS = 5_000
-MOST_DEPTH = 60
-MOST_FILES = 200
-LARGEST_NUMBER = 1e10
 _PLACE_M = 1e-3
 """How far the place of a sensor in both files may differ."""
+_WHEEL_PLACE_M = 5e-3
+"""How far the place of a wheel that does not roll may differ."""
 _MASS_SHARE = 0.01
-
-_REFUSED = {
-    **dict.fromkeys(("plugin", "extension"), "plugins are programs, which are not loaded"),
-    **dict.fromkeys(
-        ("composite", "flexcomp", "flex", "skin", "replicate", "attach", "model", "hfield"),
-        "this element is not supported in a robot's model",
-    ),
-    "size": "sizes of memory are chosen by MuJoCo",
-}
-_FOLDERS = {"mesh": "meshdir", "texture": "texturedir"}
-_FILE_ATTRIBUTE = re.compile(r"^file(up|down|left|right|front|back)?$")
-_NUMBERS = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
-
-
-class MjcfError(BtMissionError):
-    """A robot's MuJoCo model cannot be used.
-
-    Args:
-        problems: Each with its key in the robot's file.
-    """
-
-    code = "BT-813"
-
-    def __init__(self, problems: Sequence[tuple[Path_, str]]) -> None:
-        super().__init__("; ".join(text for _, text in problems))
-        self.problems = tuple(problems)
-
-
-@dataclass
-class _Written:
-    """What the XML of a model holds, with its includes."""
-
-    folder: Path
-    elements: int = 0
-    depth: int = 0
-    files: list[Path] = field(default_factory=list)
-    assets: list[tuple[str, str]] = field(default_factory=list)
-    """The kind and the name of each file of an asset."""
-    folders: dict[str, str] = field(default_factory=dict)
-
-    def begin(self, tag: str) -> str | None:
-        """Count an element that begins; return why it is refused, or None."""
-        self.elements += 1
-        self.depth += 1
-        if self.elements > MOST_ELEMENTS:
-            return f"more than {MOST_ELEMENTS:,} elements"
-        if self.depth > MOST_DEPTH:
-            return f"elements are nested more than {MOST_DEPTH} deep"
-        return f"<{tag}>: {_REFUSED[tag]}" if tag in _REFUSED else None
 
 
 def problems(robot: RobotModel) -> list[tuple[Path_, str]]:
@@ -119,7 +61,8 @@ def add_model(
     Raises:
         MjcfError: With all problems.
     """
-    own, (child, _) = _of(robot), _read(robot)
+    own, (child, mass) = _of(robot), _read(robot)
+    rolling = _rolling(robot)
     _take_settings(child, spec)
     at_first = set(spec.actuators)
     body = spec.worldbody.add_frame().attach_body(child.body(own.base), prefix + MODEL_PREFIX, "")
@@ -129,29 +72,34 @@ def add_model(
         joint.name = prefix + BASE
     actuators = [actuator for actuator in spec.actuators if actuator not in at_first]
     renamed = {mine + own.base: prefix + BASE}
-    for name, joint_name in zip(WHEELS, own.wheels, strict=True):
-        renamed[mine + joint_name] = prefix + name
+    renamed |= {mine + joint_name: prefix + name for name, joint_name in rolling}
     for equality in spec.equalities:
         equality.name1 = renamed.get(equality.name1, equality.name1)
         equality.name2 = renamed.get(equality.name2, equality.name2)
     casters = {mine + name for name in own.casters}
     _set_contacts(body, casters, contype)
-    for name, joint_name in zip(WHEELS, own.wheels, strict=True):
+    for actuator in actuators:
+        actuator.group = JOINT_GROUP
+    for name, joint_name in rolling:
         joint = spec.joint(mine + joint_name)
         joint.name = prefix + name
         _set_wheel(joint.parent, prefix + name)
         motor = next((each for each in actuators if each.target == mine + joint_name), None)
         if motor is None:
             motor = _add_motor(spec, robot)
-            actuators.append(motor)
         motor.name = motor.target = prefix + name
-    for actuator in actuators:
-        actuator.group = (
-            group if actuator.name in {prefix + name for name in WHEELS} else JOINT_GROUP
-        )
+        motor.group = group
+    if not rolling:
+        add_planar_drive(spec, body, robot, prefix, group, mass)
     if contype:
         _exclude_each_other(spec, body, prefix)
     return body
+
+
+def _rolling(robot: RobotModel) -> list[tuple[str, str]]:
+    """Return the wheels on which a differential base rolls: our names, and those of the joints."""
+    is_rolling = isinstance(robot.drive, DifferentialDrive)
+    return list(zip(WHEELS, _of(robot).wheels, strict=True)) if is_rolling else []
 
 
 _SETTINGS = ("option", *(f"visual.{part}" for part in ("headlight", "map", "quality", "rgba")))
@@ -234,167 +182,86 @@ def _of(robot: RobotModel) -> ModelFile:
     return robot.model
 
 
-def _fail(text: str, *path: str) -> MjcfError:
-    return MjcfError([(("model", *path), text)])
-
-
-def _read(robot: RobotModel) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
-    """Read and check a model; return what is attached, and what it compiles to alone."""
+def _read(robot: RobotModel) -> tuple[mujoco.MjSpec, MassFigures]:
+    """Read and check a model; return what is attached, and its mass."""
     own = _of(robot)
     path = Path(own.file)
-    written = _Written(path.parent)
-    _look_through(written, path, path.parent.resolve())
-    _look_at_assets(written)
+    look_through(path)
     try:
         child = mujoco.MjSpec.from_file(str(path))
         for part in (*child.lights, *child.sensors, *child.keys, *child.excludes, *child.pairs):
             child.delete(part)
-        model = child.compile()
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
+        model, data = _compiled(child)
+        wrong = list(_misfits(robot, own, model, data))
+        if wrong:
+            raise MjcfError(wrong)
+        for part in (*child.cameras, *_foreign_motors(child, robot)):
+            child.delete(part)
+        if not _rolling(robot):
+            _fix_wheels(child, own)
+            model, data = _compiled(child)
     except (ValueError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
-        raise _fail(f"MuJoCo: {_in_a_line(str(error), path)}", "file") from error
-    wrong = list(_misfits(robot, own, model, data))
-    if wrong:
-        raise MjcfError(wrong)
-    for camera in list(child.cameras):
-        child.delete(camera)
-    return child, model
+        raise fail(f"MuJoCo: {_in_a_line(str(error), path)}", "file") from error
+    return child, _mass_of(model, data, own.base)
+
+
+def _compiled(child: mujoco.MjSpec) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return a model alone, and the places of its parts at its start."""
+    model = child.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_camlight(model, data)
+    return model, data
+
+
+def _foreign_motors(child: mujoco.MjSpec, robot: RobotModel) -> list[mujoco.MjsActuator]:
+    """Return the actuators of rolling wheels that are no velocity servos: ours replace them."""
+    wheels = [joint for _, joint in _rolling(robot)]
+    return [
+        each
+        for each in child.actuators
+        if each.target in wheels and not _is_velocity_servo(each.gainprm, each.biasprm)
+    ]
+
+
+def _fix_wheels(child: mujoco.MjSpec, own: ModelFile) -> None:
+    """Take the joints of wheels, of their rollers and of the steering out; nothing touches them."""
+    joints = [child.joint(name) for name in own.steering or ()]
+    for name in own.wheels:
+        wheel = child.joint(name).parent
+        for body in (wheel, *wheel.find_all(mujoco.mjtObj.mjOBJ_BODY)):
+            joints += body.joints
+            for geom in body.geoms:
+                geom.contype = geom.conaffinity = 0
+    names = {joint.name for joint in joints} - {""}
+    for actuator in [each for each in child.actuators if each.target in names]:
+        child.delete(actuator)
+    for equality in [each for each in child.equalities if {each.name1, each.name2} & names]:
+        child.delete(equality)
+    for joint in joints:
+        child.delete(joint)
+
+
+def _mass_of(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> MassFigures:
+    """Return the height of the centre of mass and the inertia about z, in the frame of the base."""
+    base = model.body(name).id
+    turn, origin = data.xmat[base].reshape(3, 3), data.xpos[base]
+    own = [body for body in range(model.nbody) if model.body_rootid[body] == base]
+    inertia = 0.0
+    for body in own:
+        x, y, _ = turn.T @ (data.xipos[body] - origin)
+        axes = turn[:, 2] @ data.ximat[body].reshape(3, 3)
+        inertia += float(
+            axes**2 @ model.body_inertia[body] + model.body_mass[body] * (x * x + y * y)
+        )
+    return MassFigures(float((turn.T @ (data.subtree_com[base] - origin))[2]), inertia)
 
 
 def _in_a_line(text: str, path: Path) -> str:
     """Return an error of MuJoCo on one line, with short names of files."""
     text = text.replace(f"{path.parent}/", "").strip()
     return " ".join(text.split())[:400] or "the model is not valid"
-
-
-def _look_through(
-    written: _Written, path: Path, folder: Path, names: tuple[Path, ...] = ()
-) -> None:
-    """Read an XML file and those that it includes, before MuJoCo does."""
-    name = path.name
-    if ".." in path.parts:
-        raise _fail(f"{name} must lie in the folder of the robot's file, or below it", "file")
-    try:
-        real = path.resolve(strict=True)
-        size = real.stat().st_size
-        if not real.is_relative_to(folder):
-            raise _fail(f"{name} lies outside of the folder of the robot's file", "file")
-        if size > MOST_XML_BYTES:
-            raise _fail(f"{name} has {size:,} bytes, the limit is {MOST_XML_BYTES:,}", "file")
-        data = real.read_bytes()
-    except (OSError, ValueError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise _fail(f"cannot read {name}: {reason}", "file") from error
-    if real in names:
-        raise _fail(f"{name} includes itself", "file")
-    written.files.append(real)
-    if len(written.files) > MOST_FILES:
-        raise _fail(f"{name}: more than {MOST_FILES} files are included", "file")
-    for other in _parse(written, name, data):
-        _look_through(written, _inside(written.folder, other, name), folder, (*names, real))
-
-
-class _Handler(xml.sax.handler.ContentHandler, xml.sax.handler.LexicalHandler):
-    """Notes the files that an XML text names; refuses what MuJoCo should not see."""
-
-    def __init__(self, written: _Written, name: str) -> None:
-        super().__init__()
-        self._written, self._name = written, name
-        self._locator: Any = None
-        self.included: list[str] = []
-
-    def setDocumentLocator(self, locator: Any) -> None:  # noqa: N802 - SAX's name
-        """Keep what knows the line."""
-        self._locator = locator
-
-    def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802 - SAX's name
-        """Count and check an element."""
-        wrong = self._written.begin(name)
-        if wrong is not None:
-            self._refuse(wrong)
-        for key, value in attrs.items():
-            _check_value(name, key, value, self._refuse)
-            if name == "include" and key == "file":
-                self.included.append(value)
-            else:
-                _note_file(self._written, name, key, value)
-
-    def endElement(self, name: str) -> None:  # noqa: N802, ARG002 - SAX's name
-        """Count an element."""
-        self._written.depth -= 1
-
-    def startDTD(self, *_: Any) -> None:  # noqa: N802 - SAX's name
-        """Refuse entities."""
-        self._refuse("a DOCTYPE is not supported")
-
-    def _refuse(self, text: str) -> None:
-        raise _fail(f"{self._name}, line {self._locator.getLineNumber()}: {text}", "file")
-
-
-def _parse(written: _Written, name: str, data: bytes) -> list[str]:
-    """Look through an XML text; return the files that it includes."""
-    handler = _Handler(written, name)
-    parser = xml.sax.make_parser()  # noqa: S317 - entities and sizes are limited
-    parser.setContentHandler(handler)
-    parser.setProperty(xml.sax.handler.property_lexical_handler, handler)
-    try:
-        parser.parse(BytesIO(data))
-    except xml.sax.SAXParseException as error:
-        text = f"line {error.getLineNumber()}: {error.getMessage()}"
-        raise _fail(f"{name}, {text}", "file") from error
-    except (xml.sax.SAXException, ValueError, LookupError) as error:
-        raise _fail(f"{name}: {error}", "file") from error
-    return handler.included
-
-
-def _note_file(written: _Written, tag: str, key: str, value: str) -> None:
-    """Note an attribute that names a file, or the folder of files."""
-    if key == "assetdir":
-        written.folders.update(meshdir=value, texturedir=value)
-    elif key in ("meshdir", "texturedir"):
-        written.folders[key] = value
-    elif _FILE_ATTRIBUTE.match(key):
-        written.assets.append((tag, value))
-
-
-def _check_value(tag: str, key: str, value: str, refuse: Any) -> None:
-    """Refuse numbers beyond any robot's, and texts that are too long."""
-    if len(value) > 100_000:
-        refuse(f"{tag}.{key} has {len(value):,} characters")
-    for word in value.split():
-        if word.lower().lstrip("+-") in ("nan", "inf", "infinity"):
-            refuse(f"{tag}.{key}: expected finite numbers, got {word}")
-        if _NUMBERS.match(word) and not abs(float(word)) <= LARGEST_NUMBER:
-            refuse(f"{tag}.{key}: {word} is larger than {LARGEST_NUMBER:g}")
-
-
-def _inside(folder: Path, name: str, where: str) -> Path:
-    """Return a file that a model names. It must lie in its folder."""
-    plain = Path(name)
-    if plain.is_absolute() or ".." in plain.parts or "\0" in name:
-        raise _fail(f"{where} names {name}, which is outside of its folder", "file")
-    return folder / plain
-
-
-def _look_at_assets(written: _Written) -> None:
-    total = 0
-    folder = written.folder.resolve()
-    for tag, name in written.assets:
-        below = written.folders.get(_FOLDERS.get(tag, ""), "")
-        path = _inside(_inside(written.folder, below, "the model"), name, "the model")
-        try:
-            real = path.resolve(strict=True)
-            total += real.stat().st_size
-        except (OSError, ValueError, RuntimeError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise _fail(f"cannot read {name}: {reason}", "file") from error
-        if not real.is_relative_to(folder):
-            raise _fail(f"{name} lies outside of the folder of the robot's file", "file")
-        if total > MOST_ASSET_BYTES:
-            raise _fail(f"meshes and textures have more than {MOST_ASSET_BYTES:,} bytes", "file")
 
 
 # ---- comparing the robot's file with the model -------------------------------------------------
@@ -415,7 +282,7 @@ def _misfits(
         if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
             name = model.joint(joint).name or "(no name)"
             yield ("model", "file"), f"the joint '{name}' is a ball joint, which is not supported"
-    yield from _rolling_misfits(own, model, base)
+    yield from _rolling_misfits(robot, own, model, data, base)
     yield from _place_misfits(robot, own, model, data, base)
     for path, name, limits in _moved(robot):
         for text in _joint_misfits(model, name, limits, base, own):
@@ -423,14 +290,29 @@ def _misfits(
 
 
 def _rolling_misfits(
-    own: ModelFile, model: mujoco.MjModel, base: int
+    robot: RobotModel, own: ModelFile, model: mujoco.MjModel, data: mujoco.MjData, base: int
 ) -> Iterator[tuple[Path_, str]]:
-    """Yield what is wrong with wheels and casters."""
-    for name in own.wheels:
-        for text in _wheel_misfits(model, base, name):
+    """Yield what is wrong with wheels, steering and casters."""
+    rolls = bool(_rolling(robot))
+    for name, (x, y) in zip(own.wheels, robot.drive.places, strict=True):
+        for text in _hinge_misfits(model, base, name):
             yield ("model", "wheels"), text
-    if own.wheels[0] == own.wheels[1]:
-        yield ("model", "wheels"), f"both wheels are the joint '{own.wheels[0]}'"
+            break
+        else:
+            at = (x, y, robot.drive.wheel_radius - robot.base_height)
+            texts = (
+                _wheel_misfits(model, base, name)
+                if rolls
+                else _wheel_place(data, base, model.joint(name).id, at)
+            )
+            for text in texts:
+                yield ("model", "wheels"), text
+    for name in own.steering or ():
+        for text in _hinge_misfits(model, base, name):
+            yield ("model", "steering"), text
+    joints = (*own.wheels, *(own.steering or ()))
+    for name in dict.fromkeys(name for name in joints if joints.count(name) > 1):
+        yield ("model", "wheels"), f"the joint '{name}' is named twice"
     geoms = _names(model, "geom")
     for name in own.casters:
         if name not in geoms:
@@ -455,7 +337,7 @@ def _base_misfit(own: ModelFile, model: mujoco.MjModel, base: int) -> str | None
         where = listed([model.body(int(model.jnt_bodyid[j])).name or "(no name)" for j in free])
         got = f"free joints of: {where}" if free else "no free joint"
         return f"expected one free joint, alone in the body '{own.base}', got {got}"
-    if not (_colliding(model) & (model.geom_bodyid == base)).any():
+    if not (_colliding(model) & (model.body_weldid[model.geom_bodyid] == base)).any():
         return f"the body '{own.base}' has no geom that touches obstacles"
     return None
 
@@ -479,14 +361,38 @@ def _mass_misfit(
         )
 
 
-def _wheel_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]:
+def _is_velocity_servo(gain: Any, bias: Any) -> bool:
+    return bool(gain[0] > 0 and bias[1] == 0 and bias[2] == -gain[0])
+
+
+def _hinge_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]:
+    """Yield why a joint is no hinge of the robot."""
     joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
     if joint < 0:
         yield _no_such("joint", name, _names(model, "joint"))
-        return
-    body = int(model.jnt_bodyid[joint])
-    if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
+    elif model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
         yield f"expected a hinge, but the joint '{name}' is a {_kind(model, joint)} joint"
+    elif model.body_rootid[model.jnt_bodyid[joint]] != base:
+        yield f"the joint '{name}' is not below the body of the base"
+
+
+def _wheel_place(
+    data: mujoco.MjData, base: int, joint: int, expected: tuple[float, float, float]
+) -> Iterator[str]:
+    """Yield that a wheel is at another place than the robot's file says."""
+    turn = data.xmat[base].reshape(3, 3)
+    x, y, z = (turn.T @ (data.xanchor[joint] - data.xpos[base])).tolist()
+    if math.dist((x, y, z), expected) > _WHEEL_PLACE_M:
+        a, b, c = expected
+        yield (
+            f"expected the wheel '{data.joint(joint).name}' at ({a:.4g}, {b:.4g}, {c:.4g}) m, by"
+            f" `drive` and `base_height`, but in the model it is at ({x:.4g}, {y:.4g}, {z:.4g})"
+        )
+
+
+def _wheel_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]:
+    joint = model.joint(name).id
+    body = int(model.jnt_bodyid[joint])
     if model.jnt_limited[joint]:
         yield f"the joint '{name}' of a wheel has a range; a wheel turns without end"
     if model.body_parentid[body] != base or model.body_jntnum[body] != 1:
@@ -497,10 +403,6 @@ def _wheel_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]
     driven = _actuators(model, joint)
     if len(driven) > 1:
         yield f"{len(driven)} actuators drive the wheel '{name}'; expected one, or none"
-    for actuator in driven:
-        gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
-        if not (gain[0] > 0 and bias[1] == 0 and bias[2] == -gain[0]):
-            yield f"expected a <velocity> actuator at the wheel '{name}', or none"
 
 
 def _joint_misfits(
@@ -510,7 +412,7 @@ def _joint_misfits(
     if joint < 0:
         yield _no_such("joint", name, _names(model, "joint"))
         return
-    if name in own.wheels:
+    if name in (*own.wheels, *(own.steering or ())):
         yield f"the joint '{name}' also is a wheel"
     is_inside = model.body_rootid[model.jnt_bodyid[joint]] == base
     kinds = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)

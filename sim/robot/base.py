@@ -38,8 +38,7 @@ class DifferentialBase:
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
         self.robot = robot
-        tree = model.dof_treeid[joint.dofadr[0]]
-        self.velocities = int((model.dof_treeid == tree).sum())
+        self.velocities = _velocities(model, int(joint.dofadr[0]))
         """The number of those of the base and of all its joints, in the physics."""
         self.joints = tuple(f"{name}_joint" for name in robot.drive.names)
         """The names of its joints in `joint_states`."""
@@ -117,13 +116,12 @@ class DifferentialBase:
 class PlanarBase:
     """Three servos of limited force, for velocity ahead, to the left, and of turning."""
 
-    velocities = 6
-    """Of the base, in the physics."""
-
     def __init__(self, physics: Physics, robot: RobotModel, seed: int, prefix: str) -> None:
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
         self.robot = robot
+        self.velocities = _velocities(model, int(joint.dofadr[0]))
+        """The number of those of the base and of all its joints, in the physics."""
         names = [f"{name}_joint" for name in robot.drive.names]
         self._is_car = isinstance(robot.drive, AckermannDrive)
         if self._is_car:
@@ -278,6 +276,11 @@ class PlanarBase:
     def reset_odometry(self) -> None:
         """Reckon from here on."""
         self.odometry = PlanarOdometry(self.robot, self._rows)
+
+
+def _velocities(model: Any, first: int) -> int:
+    """Return how many velocities of the physics move with the first one of a base."""
+    return int((model.dof_treeid == model.dof_treeid[first]).sum())
 
 
 def _pair(left: int, right: int) -> slice:

@@ -20,14 +20,17 @@ class ModelFile(RobotPart):
     """The MuJoCo model of a robot, and its names for what this package needs.
 
     `file` lies in the folder of the robot's file, or below it. `base` is the body with the free
-    joint, whose frame is `base_link`. `wheels` are the joints of the left and the right wheel.
-    `casters` are geoms that slide without friction. `lidar`, `imu` (sites) and `camera` are
+    joint, whose frame is `base_link`. `wheels` are the joints of the wheels: left, right; of four
+    wheels front left, front right, rear left, rear right; of an omnidirectional base in the order
+    of `drive`. `steering` are the joints that steer a car: left, right. `casters` are geoms that
+    slide without friction. `lidar`, `imu` (sites) and `camera` are
     optional: `check` compares their places with those of the robot's file.
     """
 
     file: ModelName
     base: ModelName
-    wheels: tuple[ModelName, ModelName]
+    wheels: Annotated[tuple[ModelName, ...], Field(min_length=2, max_length=4)]
+    steering: tuple[ModelName, ModelName] | None = None
     casters: Annotated[tuple[ModelName, ...], Field(max_length=16)] = ()
     lidar: ModelName | None = None
     imu: ModelName | None = None

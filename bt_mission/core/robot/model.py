@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from bt_mission.core import files
-from bt_mission.core.diagnostics import InputError
+from bt_mission.core.diagnostics import InputError, listed
 from bt_mission.core.robot.body import Body, Hull, PolygonBody, convex
 from bt_mission.core.robot.drives import DifferentialDrive, Drive
 from bt_mission.core.robot.joints import ArmModel, GripperModel, JointLimits, ModelFile
@@ -434,6 +434,17 @@ _OF_WHEELS = tuple(
 )
 
 
+def _wheel_problems(drive: Drive, model: ModelFile) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Yield why the joints of a model are not the wheels of a drive."""
+    expected, given = drive.names, len(model.wheels)
+    if given != len(expected):
+        text = f"expected {len(expected)} joints ({listed(expected)}), got {given}"
+        yield "BT-307", ("model", "wheels"), text
+    if model.steering is not None and drive.kind != "ackermann":
+        text = f"only an ackermann drive is steered, and the drive is {drive.kind}"
+        yield "BT-307", ("model", "steering"), text
+
+
 def _form_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
     """Yield code, key and text of keys that exclude or need each other."""
     is_differential = isinstance(robot.drive, DifferentialDrive)
@@ -444,12 +455,8 @@ def _form_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], st
             yield "BT-202", path[:-1], f"'{path[-1]}' is missing"
         elif robot.model is not None and is_given:
             yield "BT-307", path, f"the file of `model` has this; leave {path[-1]} out"
-    if robot.model is not None and not is_differential:
-        yield (
-            "BT-307",
-            ("drive", "kind"),
-            f"expected differential for a robot with a model, got {robot.drive.kind}",
-        )
+    if robot.model is not None:
+        yield from _wheel_problems(robot.drive, robot.model)
     for name in ("arm", "gripper"):
         if robot.model is None and getattr(robot, name) is not None:
             yield "BT-307", (name,), f"{name} needs `model`, which has its joints"

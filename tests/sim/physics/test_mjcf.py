@@ -57,6 +57,19 @@ def test_its_wheels_drive_it_as_its_file_says(fetching: Simulation) -> None:
     assert robot.collisions == 0
 
 
+def test_the_motor_of_a_wheel_is_replaced_by_a_velocity_servo(tmp_path: Path) -> None:
+    """As models of the field have motors; the wheel follows its command."""
+    motors = [
+        (f'<velocity joint="{wheel}" kv="0.15"', f'<motor joint="{wheel}" gear="3"')
+        for wheel in ("wheel_left", "wheel_right")
+    ]
+    robot = RobotSpawn(load_robot(changed(tmp_path, *motors)))
+    simulation = Simulation(load_world("fetch_arena"), [robot], seed=1)
+    drive(simulation, 4.0, 0.2)
+    drive(simulation, 1.0)
+    assert simulation.robots[0].pose == pytest.approx((0.8, 0.0, 0.0), abs=2e-3)
+
+
 def test_it_grips_carries_and_lays_down(fetching: Simulation) -> None:
     """The fingers stall at the cube, which rises with the arm; two runs are the same."""
     places = [pick(fetching)]
@@ -198,9 +211,9 @@ WRONG = [
     ('"wheel_left" type="hinge"', '"wheel_left" type="slide"', "wheels:", "is a slide joint"),
     (
         '<velocity joint="wheel_left" kv="0.15"',
-        '<motor joint="wheel_left"',
+        '<motor joint="wheel_left"/><velocity joint="wheel_left" kv="0.15"',
         "wheels:",
-        "<velocity>",
+        "2 actuators drive the wheel",
     ),
     ('site name="base_scan"', 'site name="scan"', "lidar: base_scan", "no site 'base_scan'"),
     ('name="imu" pos="0 0 0.068"', 'name="imu" pos="0 0 0.1"', "x: 0.0 ", "(0, 0, 0.1) m, got"),
@@ -233,7 +246,7 @@ def test_an_error_of_the_model_names_key_and_reason(
     ("figures", "code", "message"),
     [
         (("base: base_link", "base: base_lnk"), "BT-813", "did you mean 'base_link'?"),
-        (("wheels: [wheel_left,", "wheels: [wheel_right,"), "BT-813", "both wheels are"),
+        (("wheels: [wheel_left,", "wheels: [wheel_right,"), "BT-813", "is named twice"),
         (("    joint1: {min", "    elbow: {min"), "BT-813", "no joint 'elbow'"),
         (("min: -2.82", "min: 3"), "BT-307", "expected min < max"),
         (("base_mass: 2.06191 ", "base_mass: 3.0 "), "BT-813", "2.062 kg, got 3"),
