@@ -8,6 +8,7 @@ Never a traceback, a hang, more than 200 MB, or an answer that is wrong without 
 - goals: what action servers, services and foreign peers answer to a running mission.
 - controls: services and parameters by which people hold a mission, and goals of execute_mission.
 - servers: goals and sensor messages that the action servers get.
+- models: MuJoCo models of robots, checked; a valid one drives.
 
 The cases follow from the seed and the corpus, which begins in tests/fuzz/corpus. Each finding is
 saved, with its reason. With --state a hunt goes on where it ended.

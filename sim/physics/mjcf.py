@@ -8,6 +8,7 @@ stand still and touch nothing, and the base moves as `sim.physics.planar` says.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator, Sequence
 from operator import attrgetter
 from pathlib import Path
@@ -41,6 +42,8 @@ _PLACE_M = 1e-3
 """How far the place of a sensor in both files may differ."""
 _WHEEL_PLACE_M = 5e-3
 """How far the place of a wheel that does not roll may differ."""
+_STRAIGHT = 0.999
+"""The cosine of the angle up to which the axis of a rolling wheel may differ."""
 _MASS_SHARE = 0.01
 
 
@@ -188,21 +191,48 @@ def _read(robot: RobotModel) -> tuple[mujoco.MjSpec, MassFigures]:
     path = Path(own.file)
     look_through(path)
     try:
-        child = mujoco.MjSpec.from_file(str(path))
-        for part in (*child.lights, *child.sensors, *child.keys, *child.excludes, *child.pairs):
-            child.delete(part)
-        model, data = _compiled(child)
-        wrong = list(_misfits(robot, own, model, data))
-        if wrong:
-            raise MjcfError(wrong)
-        for part in (*child.cameras, *_foreign_motors(child, robot)):
-            child.delete(part)
-        if not _rolling(robot):
-            _fix_wheels(child, own)
-            model, data = _compiled(child)
-    except (ValueError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # a model that MuJoCo warns of does not move as written
+            child = mujoco.MjSpec.from_file(str(path))
+            model, data = _prepared(child, robot)
+    except (
+        *(ValueError, TypeError, UserWarning),
+        *(mujoco.FatalError, mujoco.UnexpectedError),
+    ) as error:
         raise fail(f"MuJoCo: {_in_a_line(str(error), path)}", "file") from error
     return child, _mass_of(model, data, own.base)
+
+
+_USER = ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
+_SIZES = ("memory", "njmax", "nconmax", "nstack", *(f"nuser_{name}" for name in _USER))
+"""Sizes of memory, which MuJoCo chooses."""
+
+
+def _prepared(child: mujoco.MjSpec, robot: RobotModel) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Check a model and make it ready to be attached; return it alone.
+
+    Raises:
+        MjcfError: With all problems.
+    """
+    own, rolling = _of(robot), _rolling(robot)
+    for part in (*child.lights, *child.sensors, *child.keys, *child.excludes, *child.pairs):
+        child.delete(part)
+    for name in _SIZES:
+        setattr(child, name, -1)
+    model, data = _compiled(child)
+    wrong = list(_misfits(robot, own, model, data))
+    if wrong:
+        raise MjcfError(wrong)
+    for part in (*child.cameras, *_foreign_motors(child, robot)):
+        child.delete(part)
+    turn = data.xmat[model.body(own.base).id].reshape(3, 3)
+    for _, name in rolling:
+        if turn[:, 1] @ data.xaxis[model.joint(name).id] < 0:
+            child.joint(name).axis = -child.joint(name).axis  # it turns forward from now on
+    if not rolling:
+        _fix_wheels(child, own)
+        model, data = _compiled(child)
+    return model, data
 
 
 def _compiled(child: mujoco.MjSpec) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -219,9 +249,7 @@ def _foreign_motors(child: mujoco.MjSpec, robot: RobotModel) -> list[mujoco.MjsA
     """Return the actuators of rolling wheels that are no velocity servos: ours replace them."""
     wheels = [joint for _, joint in _rolling(robot)]
     return [
-        each
-        for each in child.actuators
-        if each.target in wheels and not _is_velocity_servo(each.gainprm, each.biasprm)
+        each for each in child.actuators if each.target in wheels and not _is_velocity_servo(each)
     ]
 
 
@@ -301,7 +329,7 @@ def _rolling_misfits(
         else:
             at = (x, y, robot.drive.wheel_radius - robot.base_height)
             texts = (
-                _wheel_misfits(model, base, name)
+                _wheel_misfits(model, data, base, name)
                 if rolls
                 else _wheel_place(data, base, model.joint(name).id, at)
             )
@@ -361,8 +389,9 @@ def _mass_misfit(
         )
 
 
-def _is_velocity_servo(gain: Any, bias: Any) -> bool:
-    return bool(gain[0] > 0 and bias[1] == 0 and bias[2] == -gain[0])
+def _is_velocity_servo(motor: mujoco.MjsActuator) -> bool:
+    gain, bias = motor.gainprm, motor.biasprm
+    return bool(gain[0] > 0 and bias[1] == 0 and bias[2] == -gain[0] and motor.gear[0] == 1)
 
 
 def _hinge_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]:
@@ -390,13 +419,19 @@ def _wheel_place(
         )
 
 
-def _wheel_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]:
+def _wheel_misfits(
+    model: mujoco.MjModel, data: mujoco.MjData, base: int, name: str
+) -> Iterator[str]:
     joint = model.joint(name).id
     body = int(model.jnt_bodyid[joint])
     if model.jnt_limited[joint]:
         yield f"the joint '{name}' of a wheel has a range; a wheel turns without end"
     if model.body_parentid[body] != base or model.body_jntnum[body] != 1:
         yield f"expected a body directly below the base, with the joint '{name}' alone"
+    axis = data.xmat[base].reshape(3, 3).T @ data.xaxis[joint]
+    if abs(axis[1]) < _STRAIGHT:
+        got = ", ".join(f"{each:.3g}" for each in axis.tolist())
+        yield f"expected the axis of the wheel '{name}' along y of the base, got ({got})"
     count = int((_colliding(model) & (model.geom_bodyid == body)).sum())
     if count != 1:
         yield f"expected one geom that touches the floor at the wheel '{name}', got {count}"

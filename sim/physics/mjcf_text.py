@@ -33,7 +33,6 @@ _REFUSED = {
         ("composite", "flexcomp", "flex", "skin", "replicate", "attach", "model", "hfield"),
         "this element is not supported in a robot's model",
     ),
-    "size": "sizes of memory are chosen by MuJoCo",
 }
 _FOLDERS = {"mesh": "meshdir", "texture": "texturedir"}
 _FILE_ATTRIBUTE = re.compile(r"^file(up|down|left|right|front|back)?$")

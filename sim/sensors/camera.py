@@ -198,6 +198,18 @@ def pinhole(spec: CameraSpec | DepthCameraSpec) -> Mapping[str, Any]:
     }
 
 
+def image(spec: CameraSpec | DepthCameraSpec, encoding: str, pixel_bytes: int) -> Mapping[str, Any]:
+    """Return the form of a camera's images, and room for their pixels."""
+    row = pixel_bytes * spec.width
+    return {
+        "width": spec.width,
+        "height": spec.height,
+        "encoding": encoding,
+        "step": row,
+        "data": array.array("B", bytes(row * spec.height)),
+    }
+
+
 class CameraSensor(Sensor):
     """A robot's camera. Images are rendered only with a subscription: they cost the most."""
 
@@ -234,15 +246,7 @@ class CameraSensor(Sensor):
 
     @override
     def constants(self) -> Mapping[str, Any]:
-        """Return the form of a picture, and room for its pixels."""
-        spec = self.spec
-        return {
-            "width": spec.width,
-            "height": spec.height,
-            "encoding": "rgb8",
-            "step": 3 * spec.width,
-            "data": array.array("B", bytes(3 * spec.width * spec.height)),
-        }
+        return image(self.spec, "rgb8", 3)
 
     @override
     def fill(self, message: Any, index: int) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import array
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -14,7 +13,7 @@ from typing_extensions import override
 from bt_mission.core.robot.model import RobotModel
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
-from sim.sensors.camera import OPTICAL, pinhole
+from sim.sensors.camera import OPTICAL, image, pinhole
 from sim.sensors.noise import PictureNoise
 from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
@@ -80,15 +79,7 @@ class DepthCameraSensor(Sensor):
 
     @override
     def constants(self) -> Mapping[str, Any]:
-        """Return the form of an image, and room for its pixels."""
-        spec = self.spec
-        return {
-            "width": spec.width,
-            "height": spec.height,
-            "encoding": "32FC1",
-            "step": 4 * spec.width,
-            "data": array.array("B", bytes(4 * spec.width * spec.height)),
-        }
+        return image(self.spec, "32FC1", 4)
 
     @override
     def fill(self, message: Any, index: int) -> bool:

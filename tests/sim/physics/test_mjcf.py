@@ -57,13 +57,16 @@ def test_its_wheels_drive_it_as_its_file_says(fetching: Simulation) -> None:
     assert robot.collisions == 0
 
 
-def test_the_motor_of_a_wheel_is_replaced_by_a_velocity_servo(tmp_path: Path) -> None:
-    """As models of the field have motors; the wheel follows its command."""
+def test_wheels_of_other_models_drive_ahead(tmp_path: Path) -> None:
+    """A velocity servo replaces a motor, an axis to the right turns forward, sizes do not count."""
     motors = [
         (f'<velocity joint="{wheel}" kv="0.15"', f'<motor joint="{wheel}" gear="3"')
         for wheel in ("wheel_left", "wheel_right")
     ]
-    robot = RobotSpawn(load_robot(changed(tmp_path, *motors)))
+    backward = 'name="wheel_left" type="hinge" axis="0 1 0"'
+    axis = (backward, backward.replace("0 1 0", "0 -1 0"))
+    size = ("<worldbody>", '<size njmax="1" nconmax="1"/><worldbody>')
+    robot = RobotSpawn(load_robot(changed(tmp_path, *motors, axis, size)))
     simulation = Simulation(load_world("fetch_arena"), [robot], seed=1)
     drive(simulation, 4.0, 0.2)
     drive(simulation, 1.0)
@@ -208,6 +211,7 @@ WRONG = [
         "<position>",
     ),
     ('range="-2.827 2.827"', 'range="-1 1"', "joint1:", "within the range of the model, -1 to 1"),
+    ('"wheel_left" type="hinge" axis="0', '"wheel_left" axis="9', "wheels:", "along y of the base"),
     ('"wheel_left" type="hinge"', '"wheel_left" type="slide"', "wheels:", "is a slide joint"),
     (
         '<velocity joint="wheel_left" kv="0.15"',

@@ -17,6 +17,7 @@ MODULES = {
     "goals": "goals",
     "controls": "controls",
     "servers": "servers",
+    "models": "models",
 }
 """The module of each target; they are imported late, since most take ROS."""
 
@@ -28,6 +29,7 @@ SUFFIXES = {
     ".goals": "goals",
     ".controls": "controls",
     ".servers": "servers",
+    ".model": "models",
 }
 """To which target a saved case belongs where nothing else is said."""
 
