@@ -40,7 +40,7 @@ demo: $(runs) ## run the main job: explore.yaml on a simulated TurtleBot3
 installed: $(installed)
 
 test: $(installed) ## run the tests, on all processors
-	@$(bin)/pytest --numprocesses=$(PROCESSES) --dist=worksteal $(PYTEST_ARGS)
+	@$(bin)/pytest --processes=$(PROCESSES) $(PYTEST_ARGS)
 
 thorough: PYTEST_ARGS += --thorough
 thorough: test ## run the tests, and those that repeat them on every case or at length

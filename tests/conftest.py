@@ -18,6 +18,7 @@ from tests.support.play import Play
 pytest_plugins = [
     "pytester",
     "tests.support.checkout",
+    "tests.support.forked",
     "tests.support.no_skips",
     "tests.support.recorded_runs",
     "tests.support.thorough",

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.harness.catalogue import Benchmark
-from benchmarks.harness.tree import Tree
+from benchmarks.harness.forking import prepare, run_fork
+from benchmarks.harness.tree import ROOT, Tree
 from benchmarks.measuring import FIGURES_FILE, NOT_SOUND
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.testing.live_graph import own_domain
@@ -95,6 +96,8 @@ class Runner:
     async def run(self) -> None:
         """Run all; a failure is noted in its measurement, and the others run."""
         free = asyncio.Semaphore(self._plan.jobs)
+        if self._plan.smoke and self._plan.new.root == ROOT:
+            prepare()
 
         async def run_in_slot(benchmark: Benchmark) -> None:
             async with free:
@@ -196,7 +199,10 @@ class Runner:
                 command = [str((scripts or plan.new.root) / script), *arguments]
                 try:
                     async with asyncio.timeout(SMOKE_LIMIT_S if plan.smoke else None):
-                        code = await _run(command, tree.root, environment, output)
+                        if output and plan.smoke and tree.root == ROOT:
+                            code = await run_fork(command, tree.root, environment, output)
+                        else:
+                            code = await _run(command, tree.root, environment, output)
                 except TimeoutError:
                     end = _end_of(output)
                     raise FailedError(f"{script}: not done in {SMOKE_LIMIT_S:g} s{end}") from None

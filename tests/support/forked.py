@@ -1,0 +1,193 @@
+"""Part of the test session: `--processes N` collects once, and runs the tests in N forks.
+
+A fork has what the collection has imported. It takes file by file from the process that collected,
+those with most tests of processes first: these wait, while others compute. Each fork has its own
+DDS domain and folder for temporary files. Where one dies, its test fails, and another takes over.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import groupby
+from multiprocessing.connection import Connection, Pipe, wait
+from typing import Any
+
+import pytest
+
+from bt_mission.testing.live_graph import own_domain
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add `--processes`."""
+    parser.addoption("--processes", type=int, default=0, help="forks that run the tests")
+
+
+def pytest_runtestloop(session: pytest.Session) -> bool | None:
+    """Run the tests in forks, if that is asked for."""
+    config = session.config
+    if not config.getoption("processes") or config.option.collectonly or session.testsfailed:
+        return None
+    if reporter := config.pluginmanager.getplugin("terminalreporter"):
+        reporter.showfspath = False  # several files at a time
+    gc.freeze()
+    forks = Forks(session)
+    try:
+        forks.run(config.getoption("processes"))
+    finally:
+        forks.close()
+    if session.shouldfail:
+        raise session.Failed(session.shouldfail)
+    if session.shouldstop:
+        raise session.Interrupted(session.shouldstop)
+    return True
+
+
+def in_order(items: Sequence[pytest.Item]) -> Iterator[int]:
+    """Return the numbers of the items, file by file."""
+    files = [list(group) for _, group in groupby(range(len(items)), lambda n: items[n].path)]
+
+    def processes(numbers: list[int]) -> int:
+        return sum(items[number].get_closest_marker("process") is not None for number in numbers)
+
+    for numbers in sorted(files, key=processes, reverse=True):
+        yield from numbers
+
+
+class Fork:
+    """A process, and the numbers of the items that it has: the one that runs, and the next."""
+
+    def __init__(self, session: pytest.Session, name: str) -> None:
+        self.connection, there = Pipe()
+        self.items: deque[int] = deque()
+        self.pid = os.fork()
+        if not self.pid:
+            self.connection.close()
+            _work(session, there, name)
+        there.close()
+
+    def give(self, item: int | None) -> None:
+        """Send the number of an item, or None after the last."""
+        if item is not None:
+            self.items.append(item)
+        with suppress(ConnectionError):  # it has died, as the end of its reports will say
+            self.connection.send(item)
+
+
+class Forks:
+    """Forks, and the items that wait for one."""
+
+    def __init__(self, session: pytest.Session) -> None:
+        self._session = session
+        self._waiting = deque(in_order(session.items))
+        self._forks: dict[Connection, Fork] = {}
+        self._started = 0
+
+    def run(self, count: int) -> None:
+        """Run all items, or as many as until the session is to stop."""
+        for _ in range(min(count, len(self._waiting))):
+            self._start()
+        while self._forks:
+            for connection in wait(list(self._forks)):
+                fork = self._forks[connection]
+                try:
+                    message = fork.connection.recv()
+                except (EOFError, ConnectionError):
+                    self._end(fork)
+                else:
+                    self._take(fork, message)
+
+    def close(self) -> None:
+        """End the forks that are left when a session is interrupted."""
+        for fork in self._forks.values():
+            os.kill(fork.pid, signal.SIGTERM)
+            os.waitpid(fork.pid, 0)
+
+    def _next(self) -> int | None:
+        if self._session.shouldfail or self._session.shouldstop or not self._waiting:
+            return None
+        return self._waiting.popleft()
+
+    def _start(self) -> None:
+        fork = Fork(self._session, f"process{self._started}")
+        self._started += 1
+        self._forks[fork.connection] = fork
+        for _ in range(2):  # the next one tells which fixtures stay
+            fork.give(self._next())
+
+    def _take(self, fork: Fork, message: Any) -> None:
+        hook = self._session.config.hook
+        if message is None:
+            fork.items.popleft()
+            if fork.items:
+                fork.give(self._next())
+            return
+        report = hook.pytest_report_from_serializable(config=self._session.config, data=message)
+        hook.pytest_runtest_logreport(report=report)
+
+    def _end(self, fork: Fork) -> None:
+        del self._forks[fork.connection]
+        fork.connection.close()
+        _, status = os.waitpid(fork.pid, 0)
+        if not fork.items:
+            return
+        item = self._session.items[fork.items.popleft()]
+        text = f"its process ended with {os.waitstatus_to_exitcode(status)}"
+        report = pytest.TestReport(item.nodeid, item.location, {}, "failed", text, "call")
+        self._session.config.hook.pytest_runtest_logreport(report=report)
+        self._waiting.extendleft(fork.items)
+        if self._waiting and not self._session.shouldfail:
+            self._start()
+
+
+class Reports:
+    """Sends the reports of a fork."""
+
+    def __init__(self, config: pytest.Config, connection: Connection) -> None:
+        self._config, self._connection = config, connection
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Send one."""
+        self._connection.send(
+            self._config.hook.pytest_report_to_serializable(config=self._config, report=report)
+        )
+
+
+def _work(session: pytest.Session, connection: Connection, name: str) -> None:
+    """Run items until there is none left; the process ends."""
+    code = 1
+    try:
+        with _of_its_own(session.config, name):
+            session.config.pluginmanager.register(Reports(session.config, connection))
+            number = connection.recv()
+            while number is not None:
+                following = connection.recv()
+                item = session.items[number]
+                item.ihook.pytest_runtest_protocol(
+                    item=item, nextitem=None if following is None else session.items[following]
+                )
+                connection.send(None)
+                number = following
+        code = 0
+    finally:
+        os._exit(code)
+
+
+@contextmanager
+def _of_its_own(config: Any, name: str) -> Iterator[None]:
+    """Give a fork what it must not share."""
+    plugins = config.pluginmanager
+    plugins.unregister(plugins.getplugin("terminalreporter"))
+    capture = plugins.getplugin("capturemanager")
+    capture.stop_global_capturing()
+    capture.start_global_capturing()
+    folder = config._tmp_path_factory.getbasetemp() / name
+    folder.mkdir(mode=0o700)
+    config._tmp_path_factory._basetemp = folder
+    with ExitStack() as stack:
+        os.environ["ROS_DOMAIN_ID"] = str(stack.enter_context(own_domain()))
+        yield
