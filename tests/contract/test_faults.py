@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -12,6 +13,7 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO
 from bt_mission.core.geometry import Pose2D
 from tests.support.served import DRIVING, SERVED, goal
+from tests.support.thorough import sample
 
 DRIVES_ON = 20
 
@@ -40,7 +42,9 @@ def alive(bench, name):
     return (following.accepted, following.status, drives) == (True, None, True)
 
 
-@pytest.mark.parametrize("method", ["step", "feedback"])
+@pytest.mark.parametrize(
+    ("name", "method"), sample(itertools.product(SERVED, ["step", "feedback"]), every=3)
+)
 def test_a_maneuver_that_raises_ends_its_goal_and_not_the_server(bench, name, method, monkeypatch):
     """Aborted with the cause, the robot stopped, the next goal as usual."""
     sent = begun(bench, name)
@@ -74,7 +78,9 @@ def test_a_result_that_raises_still_ends_the_goal(bench, name, monkeypatch):
     assert sent.status == "canceled"
 
 
-@pytest.mark.parametrize("method", ["feedback", "result"])
+@pytest.mark.parametrize(
+    ("name", "method"), sample(itertools.product(SERVED, ["feedback", "result"]), every=3)
+)
 def test_fields_that_do_not_exist_end_the_goal_and_not_the_server(bench, name, method, monkeypatch):
     """The reason lists the fields that there are."""
     sent = begun(bench, name)
@@ -89,7 +95,10 @@ def test_fields_that_do_not_exist_end_the_goal_and_not_the_server(bench, name, m
     assert sent.text is None or "has no field 'angel', only" in sent.text
 
 
-@pytest.mark.parametrize("lost", ["scan", "odom", "camera", "joint_states"])
+@pytest.mark.parametrize(
+    ("name", "lost"),
+    sample(itertools.product(SERVED, ["scan", "odom", "camera", "joint_states"]), every=3),
+)
 def test_a_sensor_that_falls_silent_ends_the_goals_that_need_it(bench, name, lost):
     """Within five seconds, aborted with a code and a reason, and the robot stands."""
     sent = begun(bench, name)
@@ -111,11 +120,14 @@ def test_a_sensor_that_falls_silent_ends_the_goals_that_need_it(bench, name, los
     assert alive(bench, name)
 
 
-@pytest.mark.parametrize("rays", [[], [math.nan] * 360, [0.0] * 250], ids=["empty", "nan", "zero"])
+RAYS = {"empty": [], "nan": [math.nan] * 360, "zero": [0.0] * 250}
+
+
+@pytest.mark.parametrize(("driving", "rays"), sample(itertools.product(DRIVING, RAYS), every=2))
 def test_a_scan_without_a_measurement_is_no_scan(bench, driving, rays):
     """The base stands after a second, or where it navigates, half of one; then the goal ends."""
     sent = begun(bench, driving)
-    bench.robot.rays = rays
+    bench.robot.rays = RAYS[rays]
     bench.steps(22)
     assert bench.commands[-1] == ZERO
     bench.until(lambda: sent.status is not None, limit=60)

@@ -10,6 +10,7 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO
 from bt_mission.core.goal_rate import MOST_GOALS
 from tests.support.served import BESIDE, DRIVING, OF_PARTS, SERVED, goal
+from tests.support.thorough import sample
 
 PAIRS = [
     (old, new)
@@ -103,6 +104,7 @@ def test_goals_that_do_not_drive_are_limited_in_number(make_bench, beside):
     assert following.accepted is True
 
 
+@pytest.mark.parametrize("name", sample(SERVED, every=3))
 def test_goals_in_a_burst_end_each_exactly_once(bench, name):
     """From two clients at one instant; each is answered.
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,18 +17,37 @@ from tests.support.paths import path_length
 from tests.support.thorough import sample
 
 CONTROL_STEP_S = 0.05
+EACH_TIME = ("explore", "fetch", "patrol", "square", "sweep")
+"""Without `--thorough`; the other strategies of exploration are in test_exploration.py."""
 
 
-@pytest.mark.parametrize("name", sample(names("missions"), every=2))
+WITH_MORE: dict[str, Callable[[Any, Path], None]] = {}
+"""What the descriptions of some missions say besides."""
+
+
+def says(check: Callable[[Any, Path], None]) -> Callable[[Any, Path], None]:
+    """Check the run of the mission that the name of the function begins with."""
+    WITH_MORE[check.__name__.partition("_")[0]] = check
+    return check
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in EACH_TIME else pytest.mark.thorough)
+        for name in names("missions")
+    ],
+)
 def test_each_mission_succeeds_without_collision_and_leaves_no_goal_behind(
-    stage: Any, name: str
+    stage: Any, name: str, tmp_path: Path
 ) -> None:
-    """As shipped, on its own world, robot and seed."""
+    """As shipped, on its own world, robot and seed; and as its description says."""
     run = stage.run(name)
     run.until_done()
     assert (run.status, run.reason) == ("success", "")
     assert run.report.goals_left_behind == 0
     assert run.stage.runs[0].collisions == 0
+    WITH_MORE.get(name, lambda *_: None)(run, tmp_path)
 
 
 @pytest.mark.parametrize("seed", sample([1, 2, 3], every=3))
@@ -49,20 +70,18 @@ def test_no_leg_of_explore_is_longer_than_two_metres_and_the_way_to_stop(
     assert any(leg > 1.95 for leg in legs), "no leg was long enough to be cut"
 
 
-def test_explore_takes_five_pictures(stage: Any) -> None:
+@says
+def explore_takes_five_pictures(run: Any, _: Path) -> None:
     """The sweep of eight is cancelled after the fifth picture, and those five stay on disk."""
-    run = stage.run("explore")
-    run.until_done()
     (end,) = [
         e for e in run.events("status") if e["node"] == "look around" and e["status"] == "SUCCESS"
     ]
     assert end["message"].startswith("canceled by condition: current_image >= 5")
 
 
-def test_patrol_visits_the_four_zones(stage: Any) -> None:
+@says
+def patrol_visits_the_four_zones(run: Any, _: Path) -> None:
     """Within 0.25 m of each zone's centre, in the order A, B, C, D, by the true pose."""
-    run = stage.run("patrol")
-    run.until_done()
     poses = run.events("pose")
     visits = []
     for zone in load_world("nav_arena").zones:
@@ -106,11 +125,9 @@ tree:
     assert (run.status, run.reason) == ("success", "")
 
 
-def test_sweep_writes_its_pictures(stage: Any, tmp_path: Any) -> None:
+@says
+def sweep_writes_its_pictures(_: Any, tmp_path: Path) -> None:
     """Six PNG files that can be opened, that differ, in one folder of their own."""
-    run = stage.run("sweep")
-    run.until_done()
-    assert run.status == "success"
     pictures = sorted(tmp_path.glob("run_001/*/*.png"))
     assert len(pictures) == 6
     contents = set()
@@ -121,12 +138,10 @@ def test_sweep_writes_its_pictures(stage: Any, tmp_path: Any) -> None:
     assert len(contents) == 6
 
 
-def test_square_ends_where_it_began(stage: Any) -> None:
+@says
+def square_ends_where_it_began(run: Any, _: Path) -> None:
     """Four sides of a metre: the robot is back within 0.1 m and 5 degrees."""
-    run = stage.run("square")
-    x0, y0, yaw0 = run.pose
-    run.until_done()
-    x, y, yaw = run.pose
-    assert math.hypot(x - x0, y - y0) < 0.1
-    assert abs(math.remainder(yaw - yaw0, 2 * math.pi)) < math.radians(5)
+    first, (x, y, yaw) = run.events("pose")[0], run.pose
+    assert math.hypot(x - first["x"], y - first["y"]) < 0.1
+    assert abs(math.remainder(yaw - first["yaw"], 2 * math.pi)) < math.radians(5)
     assert run.stage.runs[0].distance_travelled_m == pytest.approx(4.0, abs=0.15)

@@ -51,8 +51,8 @@ def test_a_run_repeats_and_another_seed_differs(stage: Any) -> None:
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("name", sample(["square", "explore"], every=2))
-def test_two_processes_give_the_same_trace(tmp_path: Any, name: str) -> None:
+@pytest.mark.parametrize("words", sample([["square", "--set", "side=0.2"], ["explore"]], every=2))
+def test_two_processes_give_the_same_trace(tmp_path: Any, words: list[str]) -> None:
     """Also with another hash seed of Python, another environment and another folder."""
     outputs = []
     for number in (1, 2):
@@ -60,7 +60,7 @@ def test_two_processes_give_the_same_trace(tmp_path: Any, name: str) -> None:
         folder.mkdir()
         environment = os.environ | {"PYTHONHASHSEED": str(number), "PADDING": "x" * 1000 * number}
         done = subprocess.run(
-            [sys.executable, "-m", "bt_mission", "run", name, "--json"],
+            [sys.executable, "-m", "bt_mission", "run", *words, "--json"],
             cwd=folder,
             env=environment,
             capture_output=True,

@@ -84,7 +84,7 @@ class Forks:
     def __init__(self, session: pytest.Session) -> None:
         self._session = session
         self._waiting = deque(in_order(session.items))
-        self._forks: dict[Connection, Fork] = {}
+        self._forks: dict[Any, Fork] = {}
         self._started = 0
 
     def run(self, count: int) -> None:
