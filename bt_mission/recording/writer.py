@@ -19,6 +19,7 @@ from bt_mission.core.cdr.definitions import NoDefinitionError, definition_of, wi
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
+from bt_mission.core.files import SUFFIXES
 from bt_mission.core.output import DELETED
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.versions import versions
@@ -271,14 +272,16 @@ class RunRecorder(Onlooker):
         """Write the facts of the run, at the first known instant."""
         self._has_head, self._start_ns, session = True, now_ns, self._session
         self._note_facts()
-        texts = {
-            (name, text): "text/plain"
+        files = {
+            (name, text.encode()): "text/plain"
             for run in session.runs
             for name, text in files_of(run.mission)
         }
-        texts |= dict.fromkeys(session.files.items(), "application/yaml")
-        for (name, text), kind in texts.items():
-            self.file.attach(name, kind, text.encode(), self._start_ns)
+        for name, data in session.files.items():
+            is_yaml = Path(name).suffix in SUFFIXES
+            files[name, data] = "application/yaml" if is_yaml else "application/octet-stream"
+        for (name, data), kind in files.items():
+            self.file.attach(name, kind, data, self._start_ns)
         self._missions[0].attach_simulation(self.file, self._start_ns)
 
     @property

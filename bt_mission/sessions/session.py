@@ -144,7 +144,7 @@ class Session:
 
     def __init__(self) -> None:
         self.facts: dict[str, str] = {}
-        self.files: Mapping[str, str] = {}
+        self.files: Mapping[str, bytes] = {}
         self._onlookers: list[Onlooker] = []
         self._exit = ExitStack()
 

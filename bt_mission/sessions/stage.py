@@ -135,7 +135,7 @@ class Stage(Session):
         self.world: str = world.name
         self.facts["world"] = world.name
         self.facts |= stage_facts(members, self._options, self._natures)
-        self.files = files.texts
+        self.files = files.contents
         self.is_stepping = False
         self._raised = 0
         self.guests: list[str] = []

@@ -12,6 +12,7 @@ from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.own_nodes import name_of
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
+from sim.physics.mjcf_text import look_through
 from sim.world.loader import load_world
 from sim.world.world import World
 
@@ -46,10 +47,21 @@ class StageFiles:
         return cls(world, text, tuple(robots))
 
     @property
-    def texts(self) -> Mapping[str, str]:
-        """Return what a recording keeps of them, by names without the folders of this machine."""
-        parts = {f"worlds/{Path(self.world_text.file).name}": self.world_text.text}
-        return parts | {f"robots/{Path(robot.file).name}": robot.text for robot in self.robots}
+    def contents(self) -> Mapping[str, bytes]:
+        """Return what a recording keeps of them, by names without the folders of this machine.
+
+        The files of a MuJoCo model stand beside that of their robot.
+        """
+        parts = {f"worlds/{Path(self.world_text.file).name}": self.world_text.text.encode()}
+        for robot in self.robots:
+            path = Path(robot.file)
+            parts[f"robots/{path.name}"] = robot.text.encode()
+            if isinstance(robot.data, dict) and "model" in robot.data:
+                folder = path.resolve().parent
+                for each in look_through(folder / robot.data["model"]["file"]):
+                    name = each.relative_to(folder).as_posix()
+                    parts[f"robots/{name}"] = each.read_bytes()
+        return parts
 
 
 def stage_facts(

@@ -22,12 +22,14 @@ def test_a_world_that_stands_in_no_file_is_read_back_as_it_was(name: str) -> Non
     world = load_world(name)
     result = StageFiles.find(MEMBERS, StageOptions(world=world))
     assert result.world is world
-    (text,) = (first for file, first in result.texts.items() if file == f"worlds/{world.name}.yaml")
-    assert load_world(read_text(text, "copy")) == world
+    (text,) = (
+        first for file, first in result.contents.items() if file == f"worlds/{world.name}.yaml"
+    )
+    assert load_world(read_text(text.decode(), "copy")) == world
 
 
 def test_a_world_of_a_file_is_kept_with_its_comments() -> None:
     """As it stands there."""
     path = Path(__file__).parents[2] / "worlds" / "empty_arena.yaml"
     result = StageFiles.find(MEMBERS, StageOptions(world=path))
-    assert result.texts["worlds/empty_arena.yaml"] == path.read_text(encoding="utf-8")
+    assert result.contents["worlds/empty_arena.yaml"] == path.read_bytes()

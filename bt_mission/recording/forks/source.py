@@ -26,6 +26,7 @@ from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
 from bt_mission.language.revision import compare
 from bt_mission.recording.facts import RunFacts, robot_of
+from bt_mission.recording.forks.robot_files import RobotFiles
 from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.signal_samples import requirements_in
@@ -82,7 +83,8 @@ class ForkSource:
         name: Of the robot; empty where it is alone.
         mission: As it was recorded, whatever stands on the disk now.
         written: The same as its file has it, without what was overridden for the run.
-        world: The text of the world; robot: that of the robot.
+        world: The text of the world.
+        robot_files: The file of the robot, and those of its model.
         stage: The options of the simulation, as the recorder wrote them down.
         faults: What was made to go wrong, as it is written.
         trace: The lines of the recorded trace.
@@ -102,7 +104,7 @@ class ForkSource:
     mission: Mission
     written: Mission
     world: Document
-    robot: Document
+    robot_files: RobotFiles
     stage: Mapping[str, Any]
     faults: Sequence[str]
     trace: Sequence[str]
@@ -194,7 +196,9 @@ class ForkSource:
         """
         x, y, yaw = self._recorded["start"] or (0.0, 0.0, 0.0)
         nature = read_nature(self._recorded["nature"])
-        return FleetRobot(self.name, replace(mission, nature=nature), x, y, yaw, self.robot)
+        return FleetRobot(
+            self.name, replace(mission, nature=nature), x, y, yaw, self.robot_files.document
+        )
 
     @property
     def _recorded(self) -> Mapping[str, Any]:
@@ -257,7 +261,7 @@ def _read(path: Path, permissions: Permissions, robot: str | None) -> ForkSource
         mission=mission,
         written=written,
         world=_text_of(file, "world", "worlds/"),
-        robot=_text_of(file, "robot", f"robots/{Path(mission.robot).stem}."),
+        robot_files=_robot_of(file, f"robots/{Path(mission.robot).stem}."),
         stage=stage,
         faults=facts.faults,
         trace=lines,
@@ -461,9 +465,21 @@ def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:
 
 
 def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:
+    name, files = _attached(file, what, prefix)
+    return read_text(files[name].decode(errors="replace"), name)
+
+
+def _robot_of(file: RecordedFile, prefix: str) -> RobotFiles:
+    return RobotFiles(*_attached(file, "robot", prefix))
+
+
+def _attached(file: RecordedFile, what: str, prefix: str) -> tuple[str, Mapping[str, bytes]]:
+    """Return the name of the first YAML file with a prefix, and all files of its folder."""
     for attached in file.attached:
         if attached.media_type == "application/yaml" and attached.name.startswith(prefix):
-            return read_text(attached.data.decode(errors="replace"), attached.name)
+            folder = prefix.partition("/")[0] + "/"
+            files = {each.name: each.data for each in file.attached if each.name.startswith(folder)}
+            return attached.name, files
     raise ForkError(f"{file.path}: lacks the file of the {what}{_cut(file.why_cut)}")
 
 

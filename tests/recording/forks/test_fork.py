@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import shutil
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from bt_mission.core.nature import Nature, Profile
 from bt_mission.language.checks.requirements import read_requirements
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.edit import edited
+from bt_mission.recording.forks.robot_files import RobotFiles
 from bt_mission.recording.forks.source import NO_PYTHON, read_source
 from bt_mission.recording.forks.stage import forked_stage
 from bt_mission.recording.verification import RecordedRequirements
@@ -20,6 +22,7 @@ from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
+from tests.support.robot_models import write_model
 from tests.support.thorough import sample
 
 
@@ -48,6 +51,44 @@ def test_the_same_happens_again_wherever_it_is_forked(
             assert result.difference is None
             assert result.report.trace_sha256 == stage.trace.sha256
             assert again.trace.sha256 == source.summary["trace_sha256"]
+
+
+def test_a_robot_with_a_model_is_forked_where_its_files_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The recording has the MuJoCo model, with what it includes and its meshes."""
+    home, path = tmp_path / "home", tmp_path / "run.mcap"
+    home.mkdir()
+    robot = write_model(home, "rosbot")
+    text = f"mission: m\nrobot: {robot}\ntree: {{turn: {{angle: 20}}, timeout: 9}}\n"
+    with Stage(load(text), image_folder=tmp_path, say=lambda _: None) as stage:
+        recorder = RunRecorder(stage, path)
+        while not stage.is_done:
+            stage.step()
+        recorder.finish(stage.report(1.0).as_dict())
+    shutil.rmtree(home)
+    monkeypatch.chdir(tmp_path)
+    source = read_source(path)
+    with forked_stage(source, ForkChange(), source.steps_ns[9]) as (again, finish):
+        while not again.is_done:
+            again.step()
+        assert finish(again.reports(1.0)).difference is None
+    folder = Path(source.robot_files.document.file).parent
+    assert {each.name for each in folder.rglob("*") if each.is_file()} == {
+        *("rosbot.yaml", "rosbot.xml", "meshes.xml", "part.obj")
+    }
+
+
+def test_the_files_of_a_model_stay_in_a_folder_that_goes_with_them() -> None:
+    """A name that leads out of the folder is left out."""
+    files = RobotFiles(
+        "robots/a.yaml", {"robots/a.yaml": b"model: {}", "../left_out.xml": b"<mujoco/>"}
+    )
+    folder = Path(files.document.file).parents[1]
+    assert [path.name for path in folder.rglob("*.*")] == ["a.yaml"]
+    assert not (folder.parent / "left_out.xml").exists()
+    del files
+    assert not folder.exists()
 
 
 def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
