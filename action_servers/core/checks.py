@@ -30,19 +30,32 @@ def missing(now: Observation) -> str | None:
 
 
 def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
-    """Return the end of a goal that drives without fresh scan and odometry, or None.
+    """Return the end of a goal that drives without fresh scan, guards and odometry, or None.
 
     A stamp from the future is as invalid as an old one: both mean that clocks differ.
     """
     if now.odom is not None and now.scan is not None:
         ages = now.time_s - now.odom_stamp_s, now.time_s - now.scan.stamp_s
         if -limit_s <= ages[0] <= limit_s and -limit_s <= ages[1] <= limit_s:
-            return None
+            return _ended_by(silent_guard(now, limit_s)) if now.guards else None
     finished = stale_odometry(now, limit_s)
     if finished is not None:
         return finished
     scan_stamp = None if now.scan is None else now.scan.stamp_s
-    reason = overdue("scan", scan_stamp, now.time_s, limit_s)
+    return _ended_by(overdue("scan", scan_stamp, now.time_s, limit_s))
+
+
+def silent_guard(now: Observation, limit_s: float) -> str | None:
+    """Return which bumper or cliff sensor is silent, or None."""
+    for guard in now.guards:
+        limit = max(limit_s, guard.patience_s)
+        reason = overdue(guard.topic, guard.stamp_s, now.time_s, limit)
+        if reason is not None:
+            return reason
+    return None
+
+
+def _ended_by(reason: str | None) -> Finished | None:
     return None if reason is None else Finished("aborted", ErrorCode.NO_SCAN, reason)
 
 

@@ -88,6 +88,18 @@ class Hazard:
         return ahead > _TOWARDS * way
 
 
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """A bumper or a cliff sensor: its topic, and the time of its newest message, s; None before.
+
+    `patience_s` is the age that follows from its own rate.
+    """
+
+    topic: str
+    stamp_s: float | None
+    patience_s: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class JointReadings:
     """Positions (rad or m), velocities and forces of joints, each by the joint's name."""
@@ -109,7 +121,8 @@ class Observation:
     from step to step until a newer message comes, so an identity test shows whether they are new.
     `held` says what holds the base: why what the maneuver wanted last was not commanded, or is not
     going to be now. While it `gives_way`, what is in the way of the goal does not end it. `hazards`
-    are those of bumpers and cliff sensors. No goal drives faster than `speed_limit`, m/s.
+    are those of bumpers and cliff sensors, which are `guards`. No goal drives faster than
+    `speed_limit`, m/s.
     """
 
     time_s: float
@@ -123,6 +136,7 @@ class Observation:
     frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
     held: Held | None = None
     hazards: tuple[Hazard, ...] = ()
+    guards: tuple[Guard, ...] = ()
     joints: JointReadings | None = None
     speed_limit: float = math.inf
 
@@ -154,7 +168,7 @@ class Reason(Enum):
 
     EXECUTIVE = "a late executive"
     NO_ODOMETRY = "old odometry"
-    NO_SCAN = "an old scan"
+    NO_SCAN = "an old scan, or a silent bumper or cliff sensor"
     OBSTACLE = "an obstacle"
     MOVING = "something that moves"
     BASE = "the base itself, which does not follow"

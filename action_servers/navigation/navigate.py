@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from action_servers.core.checks import overdue
+from action_servers.core.checks import overdue, silent_guard
 from action_servers.core.drive_limits import Ramp, limits
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.footprint import footprint
@@ -107,7 +107,7 @@ class NavigateToPose:
         return {}
 
     def _lost(self, now: Observation, limit_s: float) -> Finished | None:
-        """Return the end of the goal if pose or scan is too old, or None."""
+        """Return the end of the goal if pose, scan or a guard is too old, or None."""
         began_s, seen_s = self._start_s, self.surroundings.seen_s
         pose = overdue("pose on the map", now.odom_stamp_s, now.time_s, limit_s)
         if pose is not None:
@@ -115,6 +115,7 @@ class NavigateToPose:
             code = ErrorCode.TF_ERROR_WHILE_PLANNING
             return Finished("aborted", ErrorCode.TF_ERROR_WHILE_DRIVING if driving else code, pose)
         scan = overdue("scan", began_s if seen_s is None else seen_s, now.time_s, limit_s)
+        scan = scan or silent_guard(now, limit_s)
         return None if scan is None else Finished("aborted", ErrorCode.CONTROLLER_TIMED_OUT, scan)
 
     def _mind_the_time(self, pose: Pose2D) -> Finished | None:

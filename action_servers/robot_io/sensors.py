@@ -25,7 +25,7 @@ from sensor_msgs.msg import JointState, LaserScan, Range
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.maneuver import Hazard, Image, Observation, Scan
+from action_servers.core.maneuver import Guard, Hazard, Image, Observation, Scan
 from action_servers.core.merged_scan import ScanMerger
 from action_servers.robot_io.frames import Frames, PlaceOnMap
 from action_servers.robot_io.messages import (
@@ -181,7 +181,11 @@ class CameraUser:
         self._stream.turn_off(self)
 
 
-@dataclass(frozen=True, slots=True)
+_MISSED = 3.0
+"""Periods of a bumper or a cliff sensor after which it is silent, if these are long."""
+
+
+@dataclass(slots=True)
 class HazardTopic:
     """A topic of which each message says whether a hazard is present."""
 
@@ -189,6 +193,12 @@ class HazardTopic:
     qos: QoSProfile
     latest: Latest[bool]
     hazard: Hazard
+    patience_s: float
+    arrived_s: float | None = None
+
+    def guard(self, topic: str) -> Guard:
+        """Return what is known of its silence."""
+        return Guard(topic, self.arrived_s, self.patience_s)
 
 
 def _bumpers(robot: RobotModel) -> dict[str, HazardTopic]:
@@ -199,6 +209,7 @@ def _bumpers(robot: RobotModel) -> dict[str, HazardTopic]:
             LATCHED,
             Latest(unpack, lambda message: bool(message.data)),
             Hazard(bumper.bearing, f"the bumper {name} is pressed"),
+            _MISSED / bumper.rate,
         )
         for name, bumper in robot.bumpers.items()
     }
@@ -212,6 +223,7 @@ def _cliffs(robot: RobotModel) -> dict[str, HazardTopic]:
             NEWEST,
             Latest(unpack, lambda message: message.range > message.max_range),
             Hazard(sensor.bearing, f"the cliff sensor {name} sees no floor"),
+            _MISSED / sensor.rate,
         )
         for name, sensor in robot.range_sensors.items()
         if sensor.kind == "cliff"
@@ -265,7 +277,7 @@ class SensorSubscriptions:
             name = wiring.scan + topic.removeprefix("scan")
             self._listen(LaserScan, name, scan.take, NEWEST, largest=LARGEST_SCAN)
         for topic, hazard in self._hazards.items():
-            listen(hazard.type, topic, hazard.latest.take, hazard.qos)
+            listen(hazard.type, topic, partial(self._take_hazard, hazard), hazard.qos)
         if self._joints is not None:
             listen(JointState, wiring.joints, self._joints.take, NEWEST)
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
@@ -274,6 +286,10 @@ class SensorSubscriptions:
             listen(SpeedLimit, wiring.speed_limit, self._speed_limit.take, RELIABLE)
             listen(TFMessage, wiring.tf_static, self._frames.fixed.append, FIXED_TRANSFORMS)
             self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED, largest=LARGEST_MAP)
+
+    def _take_hazard(self, hazard: HazardTopic, data: bytes) -> None:
+        hazard.latest.take(data)
+        hazard.arrived_s = seconds(clock_ns(self._clock))
 
     def _listen(
         self,
@@ -320,6 +336,7 @@ class SensorSubscriptions:
             image=self.camera.value(),
             frame_on_map=self._frames.on_map if on_map else None,
             hazards=self._present_hazards() if self._hazards else (),
+            guards=tuple(each.guard(topic) for topic, each in self._hazards.items()),
             joints=None if self._joints is None else self._joints.value(),
             speed_limit=math.inf if speed_limit is None else speed_limit,
         )

@@ -15,6 +15,7 @@ from bt_mission.core.robot.model import RobotModel
 from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.physics.body import looks
 from sim.robot.frames import fixed_frames
+from sim.robot.links import Link
 from sim.sensors.camera import LINK as CAMERA_LINK
 from sim.world.colours import rgba
 
@@ -22,14 +23,19 @@ _CAMERA = (0.02, 0.06, 0.02)
 """m: edges of what is shown for the camera."""
 
 
-def description(robot: RobotModel) -> str:
-    """Return the URDF of a robot; its links are the frames of `tf` and `tf_static`."""
+def description(robot: RobotModel, moved: Sequence[Link] = ()) -> str:
+    """Return the URDF of a robot; its links are the frames of `tf` and `tf_static`.
+
+    `moved` are the links of arm and gripper.
+    """
     family = "turtlebot3_" if robot.name in ("burger", "waffle") else ""
     root = ET.Element("robot", name=family + robot.name)
     links = {BASE_FOOTPRINT: ET.SubElement(root, "link", name=BASE_FOOTPRINT)}
     for frame in fixed_frames(robot):
         links[frame.child] = ET.SubElement(root, "link", name=frame.child)
         _add_joint(root, frame)
+    for each in moved:
+        _add_link(root, each)
     _dress_base(links[BASE_LINK], robot)
     for name, link in links.items():
         if _is_wheel(name):
@@ -42,6 +48,34 @@ def description(robot: RobotModel) -> str:
             _shape(link, "visual", "box", colour="black").set("size", _numbers(_CAMERA))
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _add_link(root: ET.Element, link: Link) -> None:
+    """Add a link of an arm, and its joint, as in `joint_states`."""
+    frame = link.frame
+    element = ET.SubElement(root, "link", name=frame.child)
+    for index, part in enumerate(link.shapes):
+        visual = ET.SubElement(element, "visual")
+        _origin(visual, part.at, _roll_pitch_yaw(part.rotation))
+        shape = ET.SubElement(ET.SubElement(visual, "geometry"), part.kind)
+        radius, height, _ = part.half
+        if part.kind == "box":
+            shape.set("size", _numbers([2 * edge for edge in part.half]))
+        else:
+            shape.set("radius", _number(radius))
+        if part.kind == "cylinder":
+            shape.set("length", _number(2 * height))
+        material = ET.SubElement(visual, "material", name=f"{frame.child} {index}")
+        ET.SubElement(material, "color", rgba=_numbers(part.rgba))
+    kind = "prismatic" if link.is_slide else "revolute"
+    joint = ET.SubElement(root, "joint", name=link.joint, type=kind)
+    ET.SubElement(joint, "parent", link=frame.parent)
+    ET.SubElement(joint, "child", link=frame.child)
+    _origin(joint, frame.translation, _roll_pitch_yaw(frame.rotation))
+    ET.SubElement(joint, "axis", xyz=_numbers(link.axis))
+    limits = {"lower": link.limits.min, "upper": link.limits.max}
+    limits |= {"velocity": link.limits.max_velocity, "effort": link.max_effort}
+    ET.SubElement(joint, "limit", {name: _number(value) for name, value in limits.items()})
 
 
 def _is_wheel(link: str) -> bool:

@@ -22,6 +22,7 @@ from sim.physics.spawn import RobotSpawn
 from sim.robot import fit
 from sim.robot.base import Before, base_of
 from sim.robot.joints import JointServos
+from sim.robot.links import Links
 from sim.robot.localization import Localization, LocalizationError
 from sim.sensors.battery import Battery, BatterySensor
 from sim.sensors.kinds import SENSORS, sensors_of
@@ -66,6 +67,8 @@ class SimulatedRobot:
         self._base = base_of(physics, self.robot, seed, prefix)
         self.servos = JointServos(physics, self.robot, prefix) if self.robot.moved_joints else None
         """Of arm and gripper, if there are any."""
+        self.links = Links(physics, self.robot, prefix) if self.robot.moved_joints else None
+        """What these move."""
         self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + self._base.velocities + 1]
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + self._base.velocities]
         self._pushes = Pushes(model, data, prefix)

@@ -51,6 +51,11 @@ PLANAR_MOTION = (
 PLANAR_TRANSFORM = tuple(
     f"transform.{name}" for name in ("translation.x", "translation.y", "rotation.z", "rotation.w")
 )
+TRANSFORM = tuple(
+    f"transform.{part}.{axis}"
+    for part, axes in (("translation", "xyz"), ("rotation", "xyzw"))
+    for axis in axes
+)
 CommandType: TypeAlias = Literal["stamped", "plain"]
 COMMAND_TYPES: Mapping[CommandType, str] = {
     "stamped": "geometry_msgs/msg/TwistStamped",
@@ -189,8 +194,10 @@ class RobotPublishers:
         ]
         publisher = self._publisher(TFMessage, "tf_static", LATCHED)
         self._schedule.once(lambda _: publisher.publish(tree))
+        links = self._robot.links
+        drawing = description(self._robot.robot, () if links is None else links.all)
         drawn = self._publisher(String, "robot_description", LATCHED)
-        self._schedule.once(lambda _: drawn.publish(String(data=description(self._robot.robot))))
+        self._schedule.once(lambda _: drawn.publish(String(data=drawing)))
 
     def _make_collisions(self) -> None:
         publisher = self._publisher(CollisionMessage, "collisions")
@@ -221,8 +228,15 @@ class RobotPublishers:
         )
         odom = message_fields.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
         sent = [odom, base] if self._localises else [base]
+        links = robot.links
+        moved = [
+            message_fields.transform(TransformStamped(), frame, self._stamp)
+            for frame in (() if links is None else links.frames)
+        ]
         moving = self._packed(
-            TFMessage(transforms=sent), *((frame, PLANAR_TRANSFORM) for frame in sent)
+            TFMessage(transforms=[*sent, *moved]),
+            *((frame, PLANAR_TRANSFORM) for frame in sent),
+            *((frame, TRANSFORM) for frame in moved),
         )
         if robot.servos is not None:
             turned.effort = still
@@ -258,6 +272,8 @@ class RobotPublishers:
                 places: tuple[float, ...] = message_fields.planar(*here)
                 if localises:
                     places = (*message_fields.planar(*to_odom), *places)
+                if links is not None:
+                    places = (*places, *links.places())
                 moving_out.publish(moving.packed(*places))
             if truth_out.get_subscription_count():
                 place = message_fields.planar(*robot.pose)

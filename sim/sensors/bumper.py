@@ -14,7 +14,10 @@ from sim.sensors.sensor import Mount, Sensor
 
 
 class BumperSensor(Sensor):
-    """Whether a part of the hull touches anything but the floor; published at every change."""
+    """Whether a part of the hull touches anything but the floor.
+
+    It is published at its rate: silence means that it has failed.
+    """
 
     name = "bumper"
     table = "bumpers"
@@ -27,19 +30,11 @@ class BumperSensor(Sensor):
         physics = mount.physics
         self._contacts = Contacts(physics.model, physics.names, mount.prefix)
         self._base = physics.model.body(mount.prefix + BASE).id
-        self.restart()
-
-    @override
-    def restart(self) -> None:
-        self._published: bool | None = None
 
     @override
     def fill(self, message: Any, index: int) -> bool:
-        """Write whether it is pressed; nothing new is not published."""
-        is_pressed = self.is_pressed()
-        if is_pressed is self._published:
-            return False
-        message.data = self._published = is_pressed
+        """Write whether it is pressed."""
+        message.data = self.is_pressed()
         return True
 
     def is_pressed(self) -> bool:

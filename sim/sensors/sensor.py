@@ -42,7 +42,7 @@ class Sensor:
     is_reliable: ClassVar[bool] = True
     """False: published best effort."""
     is_latched: ClassVar[bool] = False
-    """Published for late subscribers, too, and only when `fill` has something new."""
+    """Published for late subscribers, too."""
     is_camera: ClassVar[bool] = False
     table: ClassVar[str] = ""
     """Of several sensors with names: the field of `RobotModel` that has them."""

@@ -12,7 +12,8 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image, JointState, LaserScan
+from sensor_msgs.msg import Image, JointState, LaserScan, Range
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.geometry import Twist2D
@@ -63,6 +64,15 @@ class RobotNode(Node):
         self._joint_states = self.create_publisher(JointState, "joint_states", 10)
         self.joint_commands: list[JointState] = []
         self.create_subscription(JointState, "joint_commands", self._obey_joints, 10)
+        self._bumpers = {
+            f"bumper_{name}": self.create_publisher(Bool, f"bumper_{name}", LATCHED)
+            for name in fake.robot.bumpers
+        }
+        self._cliffs = {
+            f"range_{name}": self.create_publisher(Range, f"range_{name}", BEST_EFFORT)
+            for name, sensor in fake.robot.range_sensors.items()
+            if sensor.kind == "cliff"
+        }
         self._map = self.create_publisher(OccupancyGrid, "map", LATCHED)
         self.camera = self.create_publisher(Image, "camera/image_raw", 10)
         # Sent with the first scan: what was sent before its reader is there arrives at some time of
@@ -105,6 +115,12 @@ class RobotNode(Node):
         self.fake.time_s = time_ns * 1e-9
         now = self.fake.observe()
         sec, nanosec = divmod(time_ns, 1_000_000_000)
+        for topic, publisher in self._bumpers.items():
+            if topic not in self.silent:
+                publisher.publish(Bool())
+        for topic, publisher in self._cliffs.items():
+            if topic not in self.silent:
+                publisher.publish(Range(range=0.02, max_range=0.08))
         transform = TransformStamped()
         transform.header.frame_id, transform.child_frame_id = "map", "odom"
         for topic, publisher, message in (

@@ -2,12 +2,18 @@
 
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bt_mission.core.robot.model import RobotModel, load_robot
 from sim.frames import BASE_FOOTPRINT
+from sim.physics.names import STEP_NS
+from sim.physics.spawn import RobotSpawn
 from sim.robot.description import description
 from sim.robot.frames import fixed_frames
+from sim.simulation import Simulation
+from sim.world.loader import load_world
 
 
 @pytest.fixture(params=["waffle", "burger"])
@@ -77,6 +83,41 @@ def test_every_shape_has_a_size(robot: RobotModel) -> None:
         colour = visual.find("material/color")
         assert colour is not None
         assert all(0 <= part <= 1 for part in numbers(colour.get("rgba")))
+
+
+def test_a_robot_drawn_from_its_description_stands_as_in_tf() -> None:
+    """URDF with the positions of `joint_states` gives the frames of `tf`, wherever the arm is."""
+    simulation = Simulation(
+        load_world("empty_arena"), [RobotSpawn(load_robot("waffle_arm"))], seed=1
+    )
+    (robot,) = simulation.robots
+    assert robot.links is not None
+    assert robot.servos is not None
+    robot.servos.command(("joint1", "joint2"), (0.7, 0.4))
+    simulation.advance_to(simulation.time_ns + 200 * STEP_NS)
+    root = ET.fromstring(description(robot.robot, robot.links.all))  # noqa: S314 - ours
+    positions = dict(zip(robot.servos.names, robot.servos.readings["position"], strict=True))
+    frames = robot.links.frames
+    sent = np.array(robot.links.places()).reshape(len(frames), 7)
+    assert positions["joint1"] == pytest.approx(0.7, abs=0.02)
+    for frame, (x, y, z, *quaternion) in zip(frames, sent, strict=True):
+        joint = root.find(f"joint/child[@link='{frame.child}']/..")
+        assert joint is not None
+        origin, axis, name = joint.find("origin"), joint.find("axis"), joint.get("name", "")
+        assert origin is not None
+        assert axis is not None
+        place = np.array(numbers(origin.get("xyz")))
+        turn = Rotation.from_euler("xyz", numbers(origin.get("rpy")))
+        way = positions[name] * np.array(numbers(axis.get("xyz")))
+        if joint.get("type") == "prismatic":
+            place = place + turn.apply(way)
+        else:
+            turn *= Rotation.from_rotvec(way)
+        assert place == pytest.approx((x, y, z), abs=1e-6)
+        assert (turn.inv() * Rotation.from_quat(quaternion)).magnitude() < 1e-6
+    parents = [frame.parent.removesuffix("_link") for frame in frames]
+    assert parents == ["base", "joint1", "joint2", "joint3", "joint4", "joint4"]
+    assert all(root.find(f"link[@name='{frame.child}']/visual") is not None for frame in frames)
 
 
 def parsed(robot: RobotModel) -> ET.Element:

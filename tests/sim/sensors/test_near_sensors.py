@@ -63,16 +63,16 @@ def test_the_bumper_that_touches_is_pressed_until_the_base_backs_up(
     assert pressed(robot) == [f"bumper_{zone}"]
 
 
-def test_a_bumper_is_published_at_a_change(make_world, drive, turtlebot4):
-    """The first time, and then only news; after a restart again."""
+def test_a_bumper_is_published_at_its_rate(make_world, drive, turtlebot4):
+    """Pressed or not: silence means that it has failed."""
     robot = alone(make_world(walls=[WALL], spawn={"x": 0.6}), turtlebot4)
     bumper = sensors(robot)["bumper_front_center"]
     message = empty_message(bumper, Time())
-    assert [bumper.fill(message, index) for index in range(2)] == [True, False]
+    assert [(bumper.fill(message, index), message.data) for index in range(2)] == [
+        (True, False)
+    ] * 2
     drive(robot, 2.0, linear=0.2)
     assert (bumper.fill(message, 2), message.data) == (True, True)
-    robot.restart()
-    assert bumper.fill(message, 3)
 
 
 def test_an_infrared_sensor_measures_where_it_looks(make_world, rosbot):
@@ -187,3 +187,15 @@ def test_the_governor_stops_what_the_lidar_does_not_see(stage, tmp_path, world, 
     assert not run.succeeded
     assert words in run.reason
     assert run.pose[0] < farthest + 0.02
+
+
+@pytest.mark.parametrize("topic", ["bumper_front_left", "range_cliff_front_left"])
+def test_a_silent_bumper_or_cliff_sensor_stops_the_base(stage, topic):
+    """As a silent lidar does: the base stands after 0.6 s, and the goal ends after 1 s."""
+    world = Path("worlds/wide_arena.yaml").resolve()
+    run = stage.run(LOW.format(world=world), seed=1)
+    run.at(1.0, stage.faults.drop(topic))
+    run.until_done()
+    assert f"no {topic} for 1 s: the last is 1." in run.reason
+    assert "(code 902)" in run.reason
+    assert run.check("whenever time >= 2.0: abs(speed) < 0.01")
