@@ -8,6 +8,7 @@ Imports are read from the syntax trees, wherever they stand: at the top, inside 
 from __future__ import annotations
 
 import ast
+import functools
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -143,10 +144,16 @@ def imported_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
                 yield name, node.lineno
 
 
+@functools.lru_cache(maxsize=1)
+def parsed(text: str) -> ast.Module:
+    """Return the tree of a text; several rules ask for that of one module."""
+    return ast.parse(text)
+
+
 def imports_of(name: str, text: str, known: Mapping[str, object]) -> list[Import]:
     """Return the imports of ours that a module has, each resolved to a module."""
     imports = []
-    for full, line in imported_names(ast.parse(text)):
+    for full, line in imported_names(parsed(text)):
         module = full if full in known else full.rpartition(".")[0]
         if module in known and module != name:
             imports.append(Import(name, module, line))
@@ -245,6 +252,7 @@ def cycles(imports: list[Import]) -> list[list[str]]:
     return sorted(groups)
 
 
+@functools.cache
 def all_imports() -> list[Import]:
     """Return every import between modules of ours."""
     known = modules()

@@ -17,6 +17,7 @@ from bt_mission.graph_tools.foxglove import LAYOUT
 from bt_mission.testing.live_graph import LOCAL, command
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.project import ROOT
+from tests.support.thorough import sample
 
 needs_foxglove = pytest.mark.skipif(
     not all(find_spec(name) for name in web.NEEDED), reason="the extra 'web' is not installed"
@@ -79,7 +80,9 @@ def test_a_port_that_is_taken_ends_it_before_anything_moves(
 
 @needs_foxglove
 @pytest.mark.process
-@pytest.mark.parametrize(("file", "topic"), [("", "/odom"), (FLEET, "/waffle1/odom")])
+@pytest.mark.parametrize(
+    ("file", "topic"), sample([(FLEET, "/waffle1/odom"), ("", "/odom")], every=2)
+)
 def test_a_run_is_served_until_it_ends(mission: str, file: str, topic: str):
     """On the stage, also a fleet, in real time; Ctrl-C ends the mission in good order."""
     from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra

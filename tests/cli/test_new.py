@@ -20,6 +20,7 @@ from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S
 
 NAME = "walker"
+PYTEST = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no"]
 
 
 @pytest.fixture
@@ -66,9 +67,9 @@ def test_its_missions_are_valid_and_run(cli: CommandLine) -> None:
 @pytest.mark.process
 @pytest.mark.usefixtures("project")
 def test_it_passes_its_own_tests() -> None:
-    """Three tests and a scenario, without a setting of ours."""
+    """Three tests and a scenario, with one seed each."""
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no"],
+        [*PYTEST, "--scenario-seeds=1"],
         capture_output=True,
         text=True,
         check=False,

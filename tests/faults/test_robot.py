@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bt_mission.faults.errors import ScenarioError
+from tests.support.thorough import sample
 
 WAITS = "mission: waits\nworld: empty_arena\ntree: {wait: 1.2}\n"
 DRIVE = """
@@ -130,16 +131,39 @@ def test_two_faults_of_one_figure(stage: Any) -> None:
 
 @pytest.mark.parametrize(
     ("mission", "make", "ended", "output"),
-    [
-        (DRIVE, lambda f: f.lidar_dead(), 2.05, "no scan for 1 s: the last is 1.05 s old"),
-        (DRIVE, lambda f: f.odometry_dead(), 2.05, "no odometry for 1 s: the last is 1.05 s old"),
-        (DRIVE, lambda f: f.block_wheel("left"), 3.05, "astray: commanded straight on, turning at"),
-        (DRIVE, lambda f: f.block_wheel("both"), 2.9, "blocked: commanded 0.20 m/s, no progress"),
-        (TURN, lambda f: f.block_wheel("both"), 2.9, "blocked: commanded 1.00 rad/s, no progress"),
-        (DRIVE, lambda f: f.motors_off(), 1.05, "motors off (code 907)"),
-        (DRIVE, lambda f: f.battery_charge(0.0), 1.05, "motors off (code 907)"),
-        (SWEEP, lambda f: f.camera_dead(), 2.1, "no image from the camera within 2 s"),
-    ],
+    sample(
+        [
+            (DRIVE, lambda f: f.lidar_dead(), 2.05, "no scan for 1 s: the last is 1.05 s old"),
+            (
+                DRIVE,
+                lambda f: f.odometry_dead(),
+                2.05,
+                "no odometry for 1 s: the last is 1.05 s old",
+            ),
+            (
+                DRIVE,
+                lambda f: f.block_wheel("left"),
+                3.05,
+                "astray: commanded straight on, turning at",
+            ),
+            (
+                DRIVE,
+                lambda f: f.block_wheel("both"),
+                2.9,
+                "blocked: commanded 0.20 m/s, no progress",
+            ),
+            (
+                TURN,
+                lambda f: f.block_wheel("both"),
+                2.9,
+                "blocked: commanded 1.00 rad/s, no progress",
+            ),
+            (DRIVE, lambda f: f.motors_off(), 1.05, "motors off (code 907)"),
+            (DRIVE, lambda f: f.battery_charge(0.0), 1.05, "motors off (code 907)"),
+            (SWEEP, lambda f: f.camera_dead(), 2.1, "no image from the camera within 2 s"),
+        ],
+        every=2,
+    ),
 )
 def test_a_drive_ends_and_the_robot_stands(
     stage: Any, mission: str, make: Any, ended: float, output: str
@@ -158,21 +182,24 @@ def test_a_drive_ends_and_the_robot_stands(
 
 @pytest.mark.parametrize(
     ("mission", "make"),
-    [
-        (DRIVE, lambda f: f.lidar_noise(0.03)),
-        (DRIVE, lambda f: f.lidar_dead(lasting=0.5)),
-        (DRIVE, lambda f: f.lidar_blind((-20, 20))),
-        (DRIVE, lambda f: f.lidar_blind(share=0.5)),
-        (DRIVE, lambda f: f.odometry_error(left_radius=0.1)),
-        (DRIVE, lambda f: f.odometry_drift(0.05)),
-        (DRIVE, lambda f: f.push(20, seconds=0.5)),
-        (DRIVE, lambda f: f.shove(0.5)),
-        (TURN, lambda f: f.block_wheel("left")),
-        (TURN, lambda f: f.imu_dead()),
-        (TURN, lambda f: f.joints_dead()),
-        (TURN, lambda f: f.shove(turn=-3)),
-        (TURN, lambda f: f.slip_wheel("left")),
-    ],
+    sample(
+        [
+            (DRIVE, lambda f: f.lidar_noise(0.03)),
+            (DRIVE, lambda f: f.lidar_dead(lasting=0.5)),
+            (DRIVE, lambda f: f.lidar_blind((-20, 20))),
+            (DRIVE, lambda f: f.lidar_blind(share=0.5)),
+            (DRIVE, lambda f: f.odometry_error(left_radius=0.1)),
+            (DRIVE, lambda f: f.odometry_drift(0.05)),
+            (DRIVE, lambda f: f.push(20, seconds=0.5)),
+            (DRIVE, lambda f: f.shove(0.5)),
+            (TURN, lambda f: f.block_wheel("left")),
+            (TURN, lambda f: f.imu_dead()),
+            (TURN, lambda f: f.joints_dead()),
+            (TURN, lambda f: f.shove(turn=-3)),
+            (TURN, lambda f: f.slip_wheel("left")),
+        ],
+        every=2,
+    ),
 )
 def test_what_a_drive_bears(stage: Any, mission: str, make: Any) -> None:
     """It comes to its end, and nothing is hit."""

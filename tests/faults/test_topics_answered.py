@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from tests.support.thorough import sample
+
 DRIVE = """
 mission: drives
 world: empty_arena
@@ -30,67 +32,80 @@ tree:
 
 @pytest.mark.parametrize(
     ("mission", "make", "ends", "outcome"),
-    [
-        (
-            DRIVE,
-            lambda f: f.drop("scan"),
-            1.95,
-            "no scan for 1 s: the last is 1.05 s old (code 902)",
-        ),
-        (
-            DRIVE,
-            lambda f: f.drop("odom"),
-            1.95,
-            "no odometry for 1 s: the last is 1.00 s old (code",
-        ),
-        (TURN, lambda f: f.drop("odom"), 1.95, "no odometry for 1 s: the last is 1.00 s old (code"),
-        (
-            DRIVE,
-            lambda f: f.drop("cmd_vel"),
-            3.15,
-            "blocked: commanded 0.20 m/s, no progress for 2",
-        ),
-        (
-            DRIVE,
-            lambda f: f.freeze("scan"),
-            2.05,
-            "no scan for 1 s: the last is 1.05 s old (code 902)",
-        ),
-        (
-            TURN,
-            lambda f: f.freeze("odom", fresh_stamps=True),
-            2.9,
+    sample(
+        [
             (
-                "blocked: commanded 1.00 rad/s, no progress for 2 s; the base is held, "
-                "or refuses commands as late (code 906)"
+                DRIVE,
+                lambda f: f.drop("scan"),
+                1.95,
+                "no scan for 1 s: the last is 1.05 s old (code 902)",
             ),
-        ),
-        (
-            DRIVE,
-            lambda f: f.corrupt("scan", "nan"),
-            1.95,
-            "no scan for 1 s: the last is 1.05 s old",
-        ),
-        (
-            DRIVE,
-            lambda f: f.corrupt("odom", "nan"),
-            1.95,
-            "no odometry for 1 s: the last is 1.00 s",
-        ),
-        (DRIVE, lambda f: f.corrupt("odom", "zeros"), 1.0, "odometry jumped by 0.15 m in 0.050 s"),
-        (
-            DRIVE,
-            lambda f: f.corrupt("scan", "future stamp"),
-            1.0,
-            "is stamped 10.00 s in the future",
-        ),
-        (
-            TURN,
-            lambda f: f.delay("odom", 0.05, jitter=0.2, in_order=False),
-            1.45,
-            "odometry jumped by 0.00 m in -0.100 s; was it reset? (code 903)",
-        ),
-    ],
+            (
+                DRIVE,
+                lambda f: f.drop("odom"),
+                1.95,
+                "no odometry for 1 s: the last is 1.00 s old (code",
+            ),
+            (
+                TURN,
+                lambda f: f.drop("odom"),
+                1.95,
+                "no odometry for 1 s: the last is 1.00 s old (code",
+            ),
+            (
+                DRIVE,
+                lambda f: f.drop("cmd_vel"),
+                3.15,
+                "blocked: commanded 0.20 m/s, no progress for 2",
+            ),
+            (
+                DRIVE,
+                lambda f: f.freeze("scan"),
+                2.05,
+                "no scan for 1 s: the last is 1.05 s old (code 902)",
+            ),
+            (
+                TURN,
+                lambda f: f.freeze("odom", fresh_stamps=True),
+                2.9,
+                (
+                    "blocked: commanded 1.00 rad/s, no progress for 2 s; the base is held, "
+                    "or refuses commands as late (code 906)"
+                ),
+            ),
+            (
+                DRIVE,
+                lambda f: f.corrupt("scan", "nan"),
+                1.95,
+                "no scan for 1 s: the last is 1.05 s old",
+            ),
+            (
+                DRIVE,
+                lambda f: f.corrupt("odom", "nan"),
+                1.95,
+                "no odometry for 1 s: the last is 1.00 s",
+            ),
+            (
+                DRIVE,
+                lambda f: f.corrupt("odom", "zeros"),
+                1.0,
+                "odometry jumped by 0.15 m in 0.050 s",
+            ),
+            (
+                DRIVE,
+                lambda f: f.corrupt("scan", "future stamp"),
+                1.0,
+                "is stamped 10.00 s in the future",
+            ),
+            (
+                TURN,
+                lambda f: f.delay("odom", 0.05, jitter=0.2, in_order=False),
+                1.45,
+                "odometry jumped by 0.00 m in -0.100 s; was it reset? (code 903)",
+            ),
+        ],
+        every=2,
+    ),
 )
 def test_a_drive_ends_and_the_robot_stands(
     stage: Any, mission: str, make: Any, ends: float, outcome: str
@@ -110,14 +125,17 @@ def test_a_drive_ends_and_the_robot_stands(
 
 @pytest.mark.parametrize(
     "make",
-    [
-        lambda f: f.drop("scan", share=0.3),
-        lambda f: f.drop("scan", lasting=0.8),
-        lambda f: f.delay("scan", 0.3),
-        lambda f: f.duplicate("odom", after=0.02),
-        lambda f: f.duplicate("cmd_vel", times=3, after=0.1),
-        lambda f: f.corrupt("scan", "nan", share=0.3),
-    ],
+    sample(
+        [
+            lambda f: f.drop("scan", share=0.3),
+            lambda f: f.drop("scan", lasting=0.8),
+            lambda f: f.delay("scan", 0.3),
+            lambda f: f.duplicate("odom", after=0.02),
+            lambda f: f.duplicate("cmd_vel", times=3, after=0.1),
+            lambda f: f.corrupt("scan", "nan", share=0.3),
+        ],
+        every=2,
+    ),
 )
 def test_what_a_drive_bears(stage: Any, make: Any) -> None:
     """It stops before the wall, a little nearer where it hears late."""

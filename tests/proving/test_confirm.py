@@ -114,8 +114,9 @@ def test_a_goal_without_a_limit_waits_for_ever(tmp_path: Path) -> None:
     assert data["expect"] == {"outcome": "any", "orphaned_goals": "any", "before": data["limit"]}
 
 
-def test_a_loop_without_an_end_is_seen(tmp_path: Path) -> None:
-    """Its goals succeed as usual."""
+def test_a_loop_without_an_end_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its goals succeed as usual, until the run is interrupted: here after less than 100 s."""
+    monkeypatch.setattr("bt_mission.proving.confirm.LONGEST_S", 20.0)
     tree = f"  repeat: {{until: 1 > 2}}\n  do: {TURN}"
     (finding,) = run_all(tmp_path, tree)
     assert finding.stage is not None

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import pytest
+
+from tests.support.thorough import sample
 
 WORLDS = ("explore_arena", "nav_arena", "turtlebot3_world")
 NOISE_M = 0.01
 """One standard deviation of a ray of the lidar."""
 
 
-@pytest.mark.parametrize("appears", [False, True], ids=["walls", "appearing obstacle"])
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize(
+    ("world", "appears"), sample(itertools.product(WORLDS, [False, True]), every=3)
+)
 def test_no_drive_ends_in_a_collision(benchmark: Any, world: str, *, appears: bool) -> None:
     """From seeded poses at full speed, with noise: nearer than told by no more than noise."""
     trials = benchmark("safety_trials")

@@ -13,7 +13,7 @@ from bt_mission.testing.live_graph import own_domain
 from tests.support import side_by_side
 from tests.support.project import ROOT
 
-COUNT = 6
+COUNT = 4
 PROGRAM = "tests.support.side_by_side"
 
 

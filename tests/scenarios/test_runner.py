@@ -26,7 +26,7 @@ mission:
   world: empty_arena
   tree: {turn: {angle: "uniform(5, 10)"}, timeout: 20}
 """
-LEG = "scenario: leg\nmission: explore\ninputs: {legs: 1}\n"
+LEG = "scenario: leg\nmission: square\ninputs: {side: 0.3}\n"
 WRONG = "faults: ['at 0.5: drop no_such_topic']\n"
 FAULTY = "faults: ['at 0.5: spawn_box ahead 1.0', 'at 1.0: drop scan lasting 0.3']\n"
 

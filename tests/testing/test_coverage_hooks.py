@@ -73,7 +73,12 @@ TABLE = [
 
 
 @pytest.mark.parametrize(
-    "workers", [(), pytest.param(("-n", "2"), marks=pytest.mark.process)], ids=["one", "xdist"]
+    "workers",
+    [
+        pytest.param((), marks=pytest.mark.thorough),  # the workers do the same, and add it up
+        pytest.param(("-n", "2"), marks=pytest.mark.process),
+    ],
+    ids=["one", "xdist"],
 )
 def test_tests_missions_and_workers_add_up(missions, workers):
     """A shared tree counts where it is written; texts count under their test file."""

@@ -98,7 +98,12 @@ def test_some_seeds_may_fail(scenarios):
 
 
 @pytest.mark.parametrize(
-    "workers", [(), pytest.param(("-n", "2"), marks=pytest.mark.process)], ids=["one", "xdist"]
+    "workers",
+    [
+        pytest.param((), marks=pytest.mark.thorough),  # the workers do the same, and it is counted
+        pytest.param(("-n", "2"), marks=pytest.mark.process),
+    ],
+    ids=["one", "xdist"],
 )
 def test_too_few_seeds_fail_the_test_as_a_whole(scenarios, pytester, workers):
     """Its reports are shown then, in JUnit's file, too; pytest ends with 1."""
@@ -185,6 +190,8 @@ def test_the_stage_takes_the_seed(pytester):
 
 IDENTICAL = '''
 import pytest
+
+from tests.support.thorough import sample
 
 @pytest.mark.scenario(seeds=3)
 def test_waits(stage):

@@ -57,8 +57,7 @@ MEETINGS: dict[str, tuple[Callable[[RobotModel], Maneuver], Callable[[float], Co
 }
 
 
-@pytest.mark.parametrize("speed", SPEEDS)
-@pytest.mark.parametrize("meeting", MEETINGS)
+@pytest.mark.parametrize(("meeting", "speed"), sample(itertools.product(MEETINGS, SPEEDS), every=2))
 def test_what_moves_does_not_run_into_a_robot_that_has_room(waffle, meeting, speed):
     """Whatever side it comes from; the goal goes on afterwards, or has succeeded."""
     maneuver, course = MEETINGS[meeting]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -14,6 +15,7 @@ from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.explore_forward import ExploreForward, limits
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
+from tests.support.thorough import sample
 
 
 def wall_ahead(robot: RobotModel, gap: float) -> list[tuple[float, float, float, float]]:
@@ -22,8 +24,10 @@ def wall_ahead(robot: RobotModel, gap: float) -> list[tuple[float, float, float,
     return [(x, -2.0, x, 2.0)]
 
 
-@pytest.mark.parametrize("gap", [0.6, 1.0, 1.3, 2.2])
-@pytest.mark.parametrize("speed", [0.05, 0.1, 0.2, 0.22])
+@pytest.mark.parametrize(
+    ("gap", "speed"),
+    sample(itertools.product([0.6, 1.0, 1.3, 2.2], [0.05, 0.1, 0.2, 0.22]), every=3),
+)
 def test_stands_at_the_stopping_distance(fake, robot, gap, speed):
     """It stands within 5 mm of the stopping distance, measured from the hull, at any speed."""
     base = fake(robot, wall_ahead(robot, gap))

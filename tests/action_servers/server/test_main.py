@@ -17,6 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from action_servers.core.maneuver import ZERO
 from tests.support.processes import PATIENCE_S
+from tests.support.thorough import sample
 
 PROGRAM = """
 from pathlib import Path
@@ -51,7 +52,7 @@ def live(fake, waffle, robot_node, monkeypatch):
 
 
 @pytest.mark.process
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", sample([signal.SIGINT, signal.SIGTERM], every=2))
 def test_a_signal_stops_the_robot_ends_the_goal_and_leaves_cleanly(live, tmp_path, number):
     """Zero velocity, an aborted goal with its reason, exit code 0."""
     robot, spin_until = live

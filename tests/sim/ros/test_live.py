@@ -24,6 +24,7 @@ from bt_mission.core.robot.model import load_robot
 from sim.physics.spawn import RobotSpawn
 from sim.ros.live import FASTEST, CommandWatch, SpeedError, check_speed, main
 from sim.ros.node import SimOptions
+from tests.support.thorough import sample
 
 LIVE = """
 import sys
@@ -72,7 +73,7 @@ def live(beside):
         process.kill()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], every=2))
 def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     """/clock runs, parameters are described, and a signal ends it with 0 and no traceback."""
     node, executor = beside
@@ -159,6 +160,8 @@ from bt_mission.core.robot.model import load_robot
 from sim.physics.spawn import RobotSpawn
 from sim.ros.live import main
 from sim.ros.node import SimOptions
+from tests.support.thorough import sample
+from tests.support.thorough import sample
 robots = [RobotSpawn(load_robot("waffle"))]
 options = SimOptions(seed=0, camera=False)
 sys.exit(main(world="dqn_stage1", robots=robots, options=options, ros_args=sys.argv[1:]))
