@@ -138,7 +138,7 @@ def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> Non
     drive, look = NODES[name]
     text = REQUIREMENTS.format(drive=drive, look=look) + (FEEDBACK if name == "explore" else "")
     (tmp_path / "more.yaml").write_text(text)
-    bare = load(find("missions", name))
+    bare = load(find("missions", name), set={"legs": 3} if name == "explore" else None)
     mission = with_requirements(bare, [tmp_path / "more.yaml"])
     reports = run(mission, tmp_path / "with.mcap")
     assert {report.verdict for report in reports} >= {"holds", "violated"}
@@ -149,10 +149,11 @@ def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> Non
     assert (result.notes, result.why_cut, result.lacks) == ((), "", "")
 
 
-def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize("count", sample([80, 200], every=2))
+def test_any_formula_comes_to_what_it_did_in_the_run(count: int, tmp_path: Path) -> None:
     """Formulas chosen at random, over true poses and the states of nodes."""
     draw = random.Random(14)
-    texts = [drawn_formula(draw, measures=draw.choice((0.0, 0.4))) for _ in range(200)]
+    texts = [drawn_formula(draw, measures=draw.choice((0.0, 0.4))) for _ in range(count)]
     mission = load(THERE_AND_BACK)
     results = []
     for text in texts:

@@ -109,11 +109,13 @@ def test_verdicts(tmp_path, monkeypatch):
     candidates = {place.after: place for place in example(tmp_path, module)}
     test = "from room.module import lower\n\ndef test_lower():\n    assert lower({}, {}) == {}\n"
 
-    def verdict(n: int, limit: int, result: int, after: str | None) -> object:
+    def verdict(
+        n: int, limit: int, result: int, after: str | None, patience_s: float = 20
+    ) -> object:
         text = test.format(n, limit, result)
         (tmp_path / "test_module.py").write_text(text, encoding="utf-8")
         place = candidates[after] if after else None
-        row = plant_defects.timed(tmp_path, ["test_module.py"], place, 10)
+        row = plant_defects.timed(tmp_path, ["test_module.py"], place, patience_s)
         assert (row["first_failure"] == "test_module.py::test_lower") is (
             row["verdict"] == "caught"
         )
@@ -122,5 +124,5 @@ def test_verdicts(tmp_path, monkeypatch):
     assert verdict(5, 2, 1, None) == "survived"
     assert verdict(5, 2, 1, "while n >= limit:") == "survived"
     assert verdict(5, 1, 1, "while n >= limit:") == "caught"
-    assert verdict(1, 2, 1, "while not (n > limit):") == "timed out"
+    assert verdict(1, 2, 1, "while not (n > limit):", 4) == "timed out"
     assert (tmp_path / "room" / "module.py").read_text(encoding="utf-8") == module

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from bt_mission_interfaces.srv import ReviseMission
@@ -27,15 +28,18 @@ from tests.support.thorough import sample
 
 
 @pytest.mark.parametrize(
-    ("name", "profile"),
-    sample([("square", "usual"), ("explore", "none"), ("sweep", "harsh")], every=3),
+    ("name", "inputs", "profile"),
+    sample(
+        [("square", {"side": 0.4}, "usual"), ("explore", {}, "none"), ("sweep", {}, "harsh")],
+        every=3,
+    ),
 )
 def test_the_same_happens_again_wherever_it_is_forked(
-    name: str, profile: Profile, tmp_path: Path
+    name: str, inputs: dict[str, Any], profile: Profile, tmp_path: Path
 ) -> None:
     """Byte for byte, to the end; campaigns/forks.py does it a thousand times."""
     path = tmp_path / "run.mcap"
-    mission = load(find("missions", name))
+    mission = load(find("missions", name), set=inputs)
     options = StageOptions(nature=Nature(profile))
     with Stage(mission, image_folder=tmp_path, say=lambda _: None, options=options) as stage:
         recorder = RunRecorder(stage, path)
