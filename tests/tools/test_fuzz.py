@@ -138,6 +138,7 @@ def test_nothing_is_found_in_some_cases_of_each_other_target(name, folder):
     assert any(verdict.accepted for verdict in verdicts)
 
 
+@pytest.mark.usefixtures("folder")  # the corpus of some is files, which are written
 @pytest.mark.parametrize("name", MODULES)
 def test_a_case_of_each_target_follows_from_the_seed_and_its_number(name):
     """And its suffix leads back to its target."""
