@@ -109,9 +109,7 @@ def test_verdicts(tmp_path, monkeypatch):
     candidates = {place.after: place for place in example(tmp_path, module)}
     test = "from room.module import lower\n\ndef test_lower():\n    assert lower({}, {}) == {}\n"
 
-    def verdict(
-        n: int, limit: int, result: int, after: str | None, patience_s: float = 20
-    ) -> object:
+    def verdict(n: int, limit: int, result: int, after: str | None, patience_s: int = 20) -> object:
         text = test.format(n, limit, result)
         (tmp_path / "test_module.py").write_text(text, encoding="utf-8")
         place = candidates[after] if after else None
