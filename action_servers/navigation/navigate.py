@@ -10,6 +10,8 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.footprint import footprint
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Reason
 from action_servers.core.progress import ProgressChecker
+from action_servers.navigation.arc_follower import ArcFollower
+from action_servers.navigation.arcs import MARGINS_M, ArcSearch
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
@@ -20,6 +22,9 @@ from bt_mission.core.robot.model import RobotModel
 _LOOK_AHEAD_M = 2.5
 _STOP_BEFORE_M = 0.05
 _OFF_PATH_M = 0.3
+
+_PLACES_A_STEP = 100
+"""Of a search for arcs in one control step: about 20 ms."""
 
 
 class NavigateToPose:
@@ -33,11 +38,13 @@ class NavigateToPose:
         robot: RobotModel,
         surroundings: Surroundings | None = None,
         twist: Twist2D = ZERO,
+        *,
+        drives_past: bool = False,
     ) -> None:
         """Make a maneuver to `goal`, in the map frame.
 
         `surroundings`, with their tuning, may be those of the last, and `twist` what it commanded,
-        to drive on from.
+        to drive on from. One that `drives_past` its goal has no yaw there.
         """
         self._goal = goal
         self._step_s = 1.0 / robot.control_rate
@@ -48,7 +55,9 @@ class NavigateToPose:
         self._limits = limits(robot)
         self._ramp = Ramp(self._limits, twist)
         self._progress = ProgressChecker()
-        self._follower: Follower | None = None
+        self._follower: Follower | ArcFollower | None = None
+        self._sharpest = math.inf if drives_past else robot.drive.max_curvature
+        self._searches: list[ArcSearch] = []
         self._escape: Escape | None = None
         self._plan_at_s: float | None = None
         self._no_path: NoPath | None = None
@@ -120,6 +129,8 @@ class NavigateToPose:
 
     def _mind_the_time(self, pose: Pose2D) -> Finished | None:
         """Recover once and then give up when the robot gets nowhere."""
+        if self._searches:
+            self._progress.restart()
         if self._no_path is None:
             idle_s = self._progress.standing_s(pose, self._time_s)
         else:
@@ -134,6 +145,7 @@ class NavigateToPose:
             self._recoveries += 1
             self.surroundings.forget()
             self._follower = self._escape = None
+            self._searches = []
             # The next scans show again what is there.
             self._plan_at_s = self._time_s + self._tuning.wait
         return None
@@ -147,6 +159,9 @@ class NavigateToPose:
 
     def _find_path(self, pose: Pose2D) -> Finished | None:
         """Plan if there is no path, it was left, or it has been blocked for long."""
+        if self._searches:
+            self._search_on(self._searches[0])
+            return None
         if self._follower is not None and self._follower.off_path > _OFF_PATH_M:
             self._follower = None
         if self._plan_at_s is None:
@@ -157,6 +172,10 @@ class NavigateToPose:
         return self._plan(pose)
 
     def _plan(self, pose: Pose2D) -> Finished | None:
+        is_car = math.isfinite(self._sharpest)
+        if is_car and self._ramp.twist != ZERO:
+            self._follower = None  # it plans while it stands
+            return None
         start, goal = (pose.x, pose.y), (self._goal.x, self._goal.y)
         path = plan(self.surroundings.roads, start, goal, self._tuning)
         if isinstance(path, NoPath):
@@ -175,10 +194,32 @@ class NavigateToPose:
         survey, cost = self.surroundings.survey, self.surroundings.cost
         self.surroundings.on_path(path.points)
         self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
+        if is_car:
+            x, y = path.points[-1].tolist()
+            ends = pose, Pose2D(x, y, self._goal.yaw)
+            self._searches = [
+                ArcSearch(survey, self._body, self._sharpest, ends, cost, margin)
+                for margin in MARGINS_M
+            ]
+            return None
         if survey.clearance_of(*start) < cost.radius - 1.5 * cost.margin:
             way = way_out(pose, self.surroundings.near(pose), self._body, survey, cost.radius)
             self._escape = None if way is None else Escape(way, self._limits)
         return None
+
+    def _search_on(self, search: ArcSearch) -> None:
+        """Look for arcs to the goal; without any, the car follows its path in strokes."""
+        search.go_on(_PLACES_A_STEP)
+        if not search.is_over:
+            return
+        del self._searches[0]
+        if search.way is not None:
+            self._searches = []
+            survey = self.surroundings.survey
+            self.surroundings.on_path(search.way.poses[:, :2])
+            self._follower = ArcFollower(
+                search.way, self._goal.yaw, self._limits, self._body, survey, self._tuning
+            )
 
     def _drive(self, pose: Pose2D) -> Twist2D | Finished:
         wanted, blocked = self._wanted(pose)
@@ -198,7 +239,7 @@ class NavigateToPose:
             if out is not None:
                 return out, False
             self._escape = self._follower = None
-        if self._follower is None:
+        if self._follower is None or self._searches:
             return ZERO, False
         survey = self.surroundings.survey
         ahead = self._follower.blocked_in(survey)

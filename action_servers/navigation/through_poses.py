@@ -94,4 +94,10 @@ class NavigateThroughPoses:
         self._leg = self._new_leg()
 
     def _new_leg(self) -> NavigateToPose:
-        return NavigateToPose(self._poses[self._index], self._robot, self.surroundings, self._twist)
+        return NavigateToPose(
+            self._poses[self._index],
+            self._robot,
+            self.surroundings,
+            self._twist,
+            drives_past=not self._at_last,
+        )
