@@ -2,7 +2,7 @@
 
 D. Dolgov, S. Thrun, M. Montemerlo and J. Diebel, "Practical search techniques in path planning for
 autonomous driving" (2008): places are exact, and of all that end in one cell with one heading, the
-cheapest is kept. The guess of what is left is the distance around obstacles of a base that turns on
+cheapest is kept. The guess of the rest is the distance around obstacles of a base that turns on
 the spot. From some places a curve to the goal without regard to obstacles is tried
 (:mod:`reeds_shepp`).
 """
@@ -48,9 +48,9 @@ _DISCS = 1.5
 _DISLIKE = 10.0
 _TRIED = 4
 _LEAST_SKIPPED = 4
-_AFTER_FIRST = 600
+_AFTER_FIRST = 300
 MOST_PLACES = 4_000
-"""Places from which the search goes on, before it ends without a way."""
+"""Places from which the search looks further, before it ends without a way."""
 
 _Key: TypeAlias = tuple[int, int, int, int]
 Spots: TypeAlias = npt.NDArray[np.complex128]
@@ -176,7 +176,7 @@ class ArcSearch:
             self._push(self._guess(first), first)
 
     def go_on(self, places: int) -> None:
-        """Look from at most so many places more."""
+        """Look from at most `places` more places."""
         for _ in range(places):
             if self.is_over:
                 return

@@ -99,5 +99,5 @@ class NavigateThroughPoses:
             self._robot,
             self.surroundings,
             self._twist,
-            drives_past=not self._at_last,
+            may_stop=len(self._poses) == 1,
         )

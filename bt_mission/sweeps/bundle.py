@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from base64 import b64decode, b64encode
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import action_servers
 import bt_mission
 import sim
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_index import files_of
 from bt_mission.core.files import find, folders
 from bt_mission.core.output import make_folder_of, within, write_file
 from bt_mission.core.versions import versions
@@ -36,6 +38,7 @@ class Bundle:
         worlds: The name of each world in the bundle, by the user's name or path; robots: those of
             robots.
         folder: The mission's folder, as the user has written it; messages name its files so.
+        assets: The content of other files in base64, in the same way: MuJoCo models and meshes.
     """
 
     files: Mapping[str, str]
@@ -43,11 +46,13 @@ class Bundle:
     worlds: Mapping[str, str]
     robots: Mapping[str, str]
     folder: str = ""
+    assets: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all files with their paths, as hexadecimal digits."""
-        content = json.dumps([self.mission, sorted(self.files.items())], ensure_ascii=False)
+        files = sorted((*self.files.items(), *self.assets.items()))
+        content = json.dumps([self.mission, files], ensure_ascii=False)
         return hashlib.sha256(content.encode()).hexdigest()
 
     def write_to(self, folder: Path) -> None:
@@ -56,10 +61,11 @@ class Bundle:
         Raises:
             BtMissionError: When they cannot be written.
         """
-        for name, text in self.files.items():
+        assets = {name: b64decode(content) for name, content in self.assets.items()}
+        for name, content in (*self.files.items(), *assets.items()):
             path = within(folder, name)
             make_folder_of(path)
-            write_file(path, text)
+            write_file(path, content)
 
 
 def bundle_of(
@@ -80,7 +86,8 @@ def bundle_of(
         BtMissionError: A file cannot be read.
     """
     folder = Path(mission.file).resolve().parent
-    files = {}
+    files: dict[str, str] = {}
+    assets: dict[str, str] = {}
     for document in mission.documents:
         path = Path(document.file).resolve()
         # An included file is below the mission, or shipped: then each machine has it, and this text
@@ -106,9 +113,25 @@ def bundle_of(
             )
             known[kind][given] = name
             files[f"{kind}/{name}.yaml"] = _read(path)
+            if kind == "robots":
+                assets |= _model_files(path, files, assets)
     main = f"{MISSION_FOLDER}/{Path(mission.file).name}"
     written = str(Path(mission.file).parent)
-    return Bundle(files, main, known["worlds"], known["robots"], written)
+    return Bundle(files, main, known["worlds"], known["robots"], written, assets)
+
+
+def _model_files(
+    robot: Path, files: Mapping[str, str], others: Mapping[str, str]
+) -> dict[str, str]:
+    """Return the files of a robot's MuJoCo model by their paths beside it, in base64."""
+    model = {}
+    for path in files_of(robot)[1:]:
+        name = f"robots/{path.relative_to(robot.parent).as_posix()}"
+        model[name] = b64encode(_read_bytes(path)).decode()
+        if name in files or others.get(name, model[name]) != model[name]:
+            message = f"{path}: two robots use different files named {name}; rename one"
+            raise BtMissionError(message, code="BT-208")
+    return model
 
 
 def python_files(
@@ -131,8 +154,15 @@ def python_files(
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        return _read_bytes(path).decode()
+    except UnicodeDecodeError as error:
+        raise BtMissionError(f"cannot read {path}: {error}", code="BT-101") from error
+
+
+def _read_bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
         raise BtMissionError(f"cannot read {path}: {error}", code="BT-101") from error
 
 

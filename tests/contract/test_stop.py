@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO
 from tests.support.served import SERVED
@@ -19,7 +21,9 @@ def test_the_stop_service_ends_the_goal_within_the_instant(bench, name):
     assert sent.status == "aborted"
     assert (sent.code, sent.text) in ((ErrorCode.STOPPED, "stopped"), (None, None))
     assert bench.commands[-1] == ZERO
-    bench.steps(6)
+    robot = bench.robot.fake.robot
+    braking_s = robot.max_linear_velocity / robot.max_linear_acceleration
+    bench.steps(1 + math.ceil(braking_s * robot.control_rate))
     assert abs(bench.robot.fake.linear) + abs(bench.robot.fake.angular) < 1e-6
 
     refused = bench.send(name)

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import find
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.ranges import Choices, Interval, parse_parameter
@@ -189,3 +191,21 @@ def test_robots_vary_by_name_and_by_file(tmp_path):
         ("husky", 1, True),
         ("mine", 1, True),
     ]
+
+
+def test_the_model_of_a_robot_has_its_files_in_the_bundle(tmp_path: Path):
+    """They lie beside the robot's file on each worker; another text for one name is refused."""
+    (tmp_path / "m.yaml").write_text(MISSION)
+    shipped = find("robots", "waffle_arm")
+    base = load_base(tmp_path / "m.yaml", BaseChanges(), [Choices("robot", ("waffle_arm",))])
+    base.bundle.write_to(tmp_path / "worker")
+    for name in ("waffle_arm.yaml", "waffle_arm.xml"):
+        assert (tmp_path / "worker/robots" / name).read_bytes() == (
+            shipped.with_name(name).read_bytes()
+        )
+    mine = tmp_path / "mine/arm.yaml"
+    mine.parent.mkdir()
+    mine.write_text(shipped.read_text())
+    (mine.parent / "waffle_arm.xml").write_text("<mujoco/>")
+    with pytest.raises(BtMissionError, match=r"different files named robots/waffle_arm\.xml"):
+        load_base(tmp_path / "m.yaml", BaseChanges(), [Choices("robot", ("waffle_arm", str(mine)))])
