@@ -61,8 +61,9 @@ class Bundle:
         Raises:
             BtMissionError: When they cannot be written.
         """
-        assets = {name: b64decode(content) for name, content in self.assets.items()}
-        for name, content in (*self.files.items(), *assets.items()):
+        contents: dict[str, str | bytes] = dict(self.files)
+        contents |= {name: b64decode(content) for name, content in self.assets.items()}
+        for name, content in contents.items():
             path = within(folder, name)
             make_folder_of(path)
             write_file(path, content)
