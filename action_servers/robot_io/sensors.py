@@ -264,6 +264,7 @@ class SensorSubscriptions:
             partial(deserialize_message, message_type=SpeedLimit),
             partial(speed_limit_of, fastest=robot.max_linear_velocity),
         )
+        self._highest_speed = math.inf
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
         self._newest_read: bytes | None = None
         """The newest of the transforms that have been looked through."""
@@ -283,9 +284,15 @@ class SensorSubscriptions:
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
         listen(TFMessage, wiring.tf, self._frames.moving.append, TRANSFORMS)
         if listen_to_map:
-            listen(SpeedLimit, wiring.speed_limit, self._speed_limit.take, RELIABLE)
+            listen(SpeedLimit, wiring.speed_limit, self._take_speed_limit, RELIABLE)
             listen(TFMessage, wiring.tf_static, self._frames.fixed.append, FIXED_TRANSFORMS)
             self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED, largest=LARGEST_MAP)
+
+    def _take_speed_limit(self, data: bytes) -> None:
+        # They are rare: translated when they come, none costs a control step anything.
+        self._speed_limit.take(data)
+        limit = self._speed_limit.value()
+        self._highest_speed = math.inf if limit is None else limit
 
     def _take_hazard(self, hazard: HazardTopic, data: bytes) -> None:
         hazard.latest.take(data)
@@ -324,7 +331,6 @@ class SensorSubscriptions:
         """Return the present observation; `on_map` adds the map and the pose on it."""
         odometry = self._odometry.value()
         on_map = on_map or self._map_users > 0
-        speed_limit = self._speed_limit.value()
         return Observation(
             time_s=seconds(clock_ns(self._clock)),
             odom=odometry.pose if odometry else None,
@@ -336,10 +342,13 @@ class SensorSubscriptions:
             image=self.camera.value(),
             frame_on_map=self._frames.on_map if on_map else None,
             hazards=self._present_hazards() if self._hazards else (),
-            guards=tuple(each.guard(topic) for topic, each in self._hazards.items()),
+            guards=self._guards() if self._hazards else (),
             joints=None if self._joints is None else self._joints.value(),
-            speed_limit=math.inf if speed_limit is None else speed_limit,
+            speed_limit=self._highest_speed,
         )
+
+    def _guards(self) -> tuple[Guard, ...]:
+        return tuple(each.guard(topic) for topic, each in self._hazards.items())
 
     def _present_hazards(self) -> tuple[Hazard, ...]:
         hazards = self._hazards.values()
