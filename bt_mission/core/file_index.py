@@ -99,16 +99,22 @@ def files_of(path: Path) -> list[Path]:
         InputError: A file is not YAML.
     """
     files = {path.resolve(): path}
-    waiting = [path]
+    waiting = [(path, path.parent, ("",))]
     while waiting:
-        file = waiting.pop()
-        if file.suffix not in (*SUFFIXES, ".xml"):
-            continue
-        for name in _model_files(file) if file.suffix == ".xml" else _named_files(read(file).data):
-            beside = file.parent / name
+        file, folder, below = waiting.pop()
+        if is_model := file.suffix == ".xml":
+            # MuJoCo looks from the folder of the first file, also for what an included file names.
+            text = file.read_text(encoding="utf-8", errors="replace")
+            below = (*below, *_MODEL_FOLDER.findall(text))
+            names = [str(Path(each, name)) for name in _MODEL_FILE.findall(text) for each in below]
+        else:
+            names = list(_named_files(read(file).data)) if file.suffix in SUFFIXES else []
+        for name in names:
+            beside = folder / name
             if is_file(beside) and beside.resolve() not in files:
                 files[beside.resolve()] = beside
-                waiting.append(beside)
+                of_model = (folder, below) if is_model else (beside.parent, ("",))
+                waiting.append((beside, *of_model))
     return list(files.values())
 
 
@@ -165,14 +171,6 @@ def first_sentence(text: str) -> str:
 
 _MODEL_FILE = re.compile(r"""\bfile\w*\s*=\s*["']([^"'<>]+)["']""")
 _MODEL_FOLDER = re.compile(r"""\b(?:mesh|texture|asset)dir\s*=\s*["']([^"'<>]+)["']""")
-
-
-def _model_files(path: Path) -> Iterator[str]:
-    """Yield the files that a MuJoCo model may name: included ones, meshes and textures."""
-    text = text_to_look_at(path)
-    folders = ["", *_MODEL_FOLDER.findall(text)]
-    for name in _MODEL_FILE.findall(text):
-        yield from (str(Path(folder) / name) for folder in folders)
 
 
 def _named_files(data: Any) -> Iterator[str]:

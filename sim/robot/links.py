@@ -25,7 +25,7 @@ _KINDS = {
     mujoco.mjtGeom.mjGEOM_CAPSULE: "cylinder",
     mujoco.mjtGeom.mjGEOM_CYLINDER: "cylinder",
 }
-"""What URDF has of MuJoCo's shapes; another one is the box around it."""
+"""The shapes of URDF for those of MuJoCo; a box is drawn around others."""
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ class SimulatedRobot:
         self.servos = JointServos(physics, self.robot, prefix) if self.robot.moved_joints else None
         """Of arm and gripper, if there are any."""
         self.links = Links(physics, self.robot, prefix) if self.robot.moved_joints else None
-        """What these move."""
+        """The links that arm and gripper move."""
         self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + self._base.velocities + 1]
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + self._base.velocities]
         self._pushes = Pushes(model, data, prefix)

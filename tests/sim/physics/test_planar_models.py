@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.file_index import files_of
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.sessions.file_checks import check_robot
 from sim.physics.names import STEP_NS
@@ -15,6 +16,17 @@ from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 from tests.support.robot_models import MODELLED, write_model
+
+
+def test_a_copy_has_what_a_model_includes_and_its_meshes(tmp_path: Path) -> None:
+    """Names count from the folder of the model, and from its folder of meshes."""
+    files = files_of(write_model(tmp_path, "husky"))
+    assert [path.relative_to(tmp_path).as_posix() for path in files] == [
+        "husky.yaml",
+        "husky.xml",
+        "parts/meshes.xml",
+        "assets/part.obj",
+    ]
 
 
 def driven(robot: RobotModel) -> tuple[list[float], list[float], tuple[str, ...]]:
