@@ -51,16 +51,26 @@ def abstraction(seed: int) -> str:
     exact = explored(mission, 1)
     with patch("bt_mission.proving.abstraction.MANY_ROUNDS", 1):
         abstract = explored(mission, 1)
-    lost = Verdicts(exact.ends - abstract.ends, exact.broken - abstract.broken)
-    if lost.ends or lost.broken:
-        return f"lost: {sorted(lost.ends)} {sorted(lost.broken)}"
+    lost = _beyond(exact, abstract)
+    if lost != Verdicts():
+        return f"lost: {lost}"
     more = len(abstract.ends - exact.ends) + len(abstract.broken - exact.broken)
     return "more than exact" if more else "as exact"
 
 
 def _difference(expected: Verdicts, actual: Verdicts) -> str:
-    ends, broken = expected.ends ^ actual.ends, expected.broken ^ actual.broken
-    return f"different: {sorted(ends)} {sorted(broken)}" if ends or broken else ""
+    if expected == actual:
+        return ""
+    return f"different: missing {_beyond(expected, actual)}, more {_beyond(actual, expected)}"
+
+
+def _beyond(first: Verdicts, second: Verdicts) -> Verdicts:
+    """Return what the first has and the second has not."""
+    return Verdicts(
+        first.ends - second.ends,
+        first.broken - second.broken,
+        first.given_up - second.given_up,
+    )
 
 
 def main() -> None:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from py_trees.common import Status
 
 from bt_mission.executive.status import MissionStatus
-from bt_mission.proving.environment import INTERRUPT, Environment
+from bt_mission.goals.goal import Phase
+from bt_mission.proving.environment import INTERRUPT, ORPHANED, Environment
 from bt_mission.proving.explorer import Explored
 
 PROPERTIES = {
@@ -63,10 +64,15 @@ class Claims:
     entered: set[int] = field(default_factory=set)
     failures: dict[str, None] = field(default_factory=dict)
     """Reasons for which a mission fails."""
+    given_up: dict[tuple[str, str], None] = field(default_factory=dict)
+    """Actions and leaves of goals that the ledger has given up on some way."""
 
     def look(self, environment: Environment) -> tuple[Broken, ...]:
         """Return what the state behind a step shows."""
         self.entered |= environment.entered
+        for goal in environment.ledger.open_goals:
+            if goal.phase is Phase.LOST:
+                self.given_up.setdefault((goal.goal_client.name, goal.owner))
         shown = list(_states_broken(environment))
         for requirement in environment.requirements.violated:
             text = f"'{requirement.name}' is violated: {requirement.text}"
@@ -90,8 +96,7 @@ class Claims:
             yield Broken("cleanup", name, name, f"the clean-up of '{name}' has not run")
         if executive.verdict is not MissionStatus.FAILURE:
             return
-        reason = environment.reason.partition("; orphaned goals")[0]
-        self.failures.setdefault(reason)
+        self.failures.setdefault(environment.reason)
         is_error = executive.root.status is Status.INVALID
         if not is_error or _RAISED.search(executive.reason):
             return
@@ -104,6 +109,10 @@ class Claims:
 
     def finish(self, explored: Explored) -> None:
         """Look at the whole, once every state was visited."""
+        if ORPHANED in self.failures:
+            del self.failures[ORPHANED]
+            for action, owner in self.given_up:
+                self.failures.setdefault(f"{ORPHANED}: {action} goal of '{owner}'")
         for state in sorted(explored.stuck)[:1]:
             text = "nothing more happens, and no limit is running"
             self.take((Broken("ends", "stuck", "", text),), state, 0)

@@ -40,11 +40,13 @@ class Service:
         cases: ValueCases,
         callers: Callable[[], Iterable[ServiceLeaf]],
         evaluator_of: Callable[[Any], Evaluator],
+        on_use: Callable[[Service], None],
     ) -> None:
         self.name = name
         self._type = service_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
         self._callers, self._evaluator_of = callers, evaluator_of
+        self._on_use = on_use
         self.is_away = False
         self.on_response: Callable[[Mapping[str, Any]], None] = _ignore
         """Called with the fields of each response."""
@@ -59,6 +61,7 @@ class Service:
 
     def is_ready(self) -> bool:
         """Choose whether there is a server."""
+        self._on_use(self)
         rows = self._answers.at("missing" if self.is_away else "found", self.name)
         options = [_option(self.name, row) for row in rows]
         self.is_away = rows[self._choices.choose(options)].name in ("no_server", "away")
@@ -70,6 +73,7 @@ class Service:
 
     def call(self, _request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
         """Take a call; return what forgets it."""
+        self._on_use(self)
         leaf = next(leaf for leaf in self._callers() if leaf.answers.append == on_answer)
         call = leaf, on_answer
         self.calls.append(call)
@@ -116,7 +120,7 @@ class Service:
     def key(self) -> tuple[Any, ...]:
         """Its state."""
         callers = [self._evaluator_of(leaf).path for leaf, _ in self.calls]
-        return self.name, self.is_away, tuple(callers), self.is_mute
+        return self.name, self.is_away, tuple(callers), bool(callers) and self.is_mute
 
 
 class Topic:

@@ -7,8 +7,7 @@ tick where the tree still moves, else up to the next limit.
 from __future__ import annotations
 
 import marshal
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from hashlib import blake2b
 from types import MappingProxyType
@@ -59,15 +58,24 @@ from bt_mission.proving.goal_servers import GoalServer, Question
 from bt_mission.proving.limits import Due, RunningLimits
 from bt_mission.proving.memento import Keeper, Memento
 from bt_mission.proving.requirements import RequirementMonitors
-from bt_mission.proving.state_key import attempt_key, failed_tip, goal_key, noter, values_key
+from bt_mission.proving.state_key import (
+    LOST,
+    attempt_key,
+    failed_tip,
+    goal_key,
+    noter,
+    numbers_of,
+    values_key,
+)
 from bt_mission.proving.values import ValueCases
 from bt_mission.ros.mission_runner import TICK_RATE_HZ
 from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 
 TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
-_GOAL_ID = re.compile(" goal [0-9a-f]{8}")
 INTERRUPT = "Ctrl-C"
+ORPHANED = "orphaned goals"
+"""Begins the list of goals in the reason of a mission that leaves some behind."""
 
 
 class _Draws(dict[str, Generator]):
@@ -136,8 +144,7 @@ class Environment:
         rounds: int | None = None,
         requirements: Sequence[Requirement] = (),
     ) -> None:
-        self.mission = mission
-        self.rounds = rounds
+        self.mission, self.rounds = mission, rounds
         self.cut: dict[str, int] = {}
         """The counts that were cut, by the name of the node."""
         self.opened: dict[str, int] = {}
@@ -152,6 +159,8 @@ class Environment:
         """The instant of the last tick, ns. Where it was quiet, time has passed since."""
         self.entered: set[int] = set()
         """Indices of the nodes that have changed their status in the last step."""
+        self._used: list[Any] = []
+        """The servers that the last step has used."""
         self._goal_servers: dict[str, GoalServer] = {}
         self._services: dict[str, Service] = {}
         self._topics: dict[str, Topic] = {}
@@ -173,7 +182,12 @@ class Environment:
         }
         self._action_leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
-        self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
+        self._finals = [node for node in nodes if isinstance(node, Finally)]
+        self._subtrees = [
+            (node, [final for final in self._finals if _is_below(final, node)])
+            for node in nodes
+            if isinstance(node, Subtree)
+        ]
         self._alone = lone_leaves(nodes)
         self._limits = RunningLimits(
             self.executive,
@@ -186,7 +200,6 @@ class Environment:
         self._loose = self._limits.loose
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
-        self._finals = [node for node in nodes if isinstance(node, Finally)]
         self._note_tree = noter(root, self.executive.indices)
         self._present: Memento | None = None
         """The state that was put back, until its next step."""
@@ -194,8 +207,14 @@ class Environment:
         """The state that was asked last, and what may happen in it."""
         self._visited: list[Behaviour] = []
         """The nodes that the last tick has visited."""
+        self._inner_of: dict[Any, Scope] = {
+            node: node.inner
+            for node, finals in self._subtrees
+            if not finals and not node.inner.followed
+        }
+        """The variables that change only where a step visits their node."""
         self.executive.tick_wrappers.append(self._note_visited)
-        self._keeper = Keeper(self._changing(), nodes, self._dynamic)
+        self._keeper = Keeper(self._changing(), self._changing_by_use(), self._dynamic)
 
     def _see_events(self) -> None:
         """Hand events to nobody but :attr:`entered`: traces are no part of a state."""
@@ -278,8 +297,9 @@ class Environment:
 
     @property
     def reason(self) -> str:
-        """Why the mission has ended, without the ids of goals, which follow from their number."""
-        return _GOAL_ID.sub(" goal", self.executive.reason)
+        """Why the mission has ended; goals that it leaves behind are named only without others."""
+        before, orphaned, _ = self.executive.reason.partition(ORPHANED)
+        return before.removesuffix("; ") or orphaned
 
     # ---- for the leaves ---------------------------------------------------------------------
 
@@ -294,6 +314,7 @@ class Environment:
                 self.answers,
                 self.cases,
                 lambda leaf: self._evaluators[leaf],
+                self._used.append,
             )
         return self._goal_servers[name]
 
@@ -309,6 +330,7 @@ class Environment:
                 self.cases,
                 lambda: self._services_called,
                 lambda leaf: self._evaluators[leaf],
+                self._used.append,
             )
         return self._services[name]
 
@@ -374,6 +396,9 @@ class Environment:
         self.choices.begin(script)
         self.entered.clear()
         self._visited.clear()
+        self._used.clear()
+        self._used += [server for server in self._goal_servers.values() if server.goals]
+        self._used += [service for service in self._services.values() if service.calls]
         self._keeper.begin()
         self.is_stuck = self.is_quiet = False
         before = self._moment.limits
@@ -382,13 +407,24 @@ class Environment:
         is_settled = not was_running and not executive.cleanups.is_pending
         is_allowed = self._step(before)
         if was_running and executive.status is running:
-            self._keeper.touch(self._visited)
-            if not is_allowed:
-                now = Status.RUNNING
-                self._keeper.touch([node for node in executive.nodes if node.status is now])
-        elif not is_settled:
+            self._note_changed(is_allowed=is_allowed)
+        elif is_settled:
+            self._keeper.touch(self._used)
+        else:
             self._keeper.touch_all()
         return is_allowed
+
+    def _note_changed(self, *, is_allowed: bool) -> None:
+        """Note what the step has changed; a tick may have been cut short by the bound on faults."""
+        touch, inner_of = self._keeper.touch, self._inner_of
+        touch(self._visited)
+        touch(self._used)
+        if not is_allowed:
+            running = Status.RUNNING
+            touch([node for node in self.executive.nodes if node.status is running])
+            touch(inner_of.values())
+        elif inner_of:
+            touch([inner_of[node] for node in self._visited if node in inner_of])
 
     def _step(self, before: tuple[Due, ...]) -> bool:
         try:
@@ -591,7 +627,7 @@ class Environment:
         tree: list[Any] = []
         self._note_tree(tree)
         held = self.ledger.open_goals
-        numbers = {id(goal): number for number, goal in enumerate(held)}
+        numbers = numbers_of(held)
         return (
             str(executive.status),
             (str(executive.verdict), executive.reason) if executive.reason else "",
@@ -599,16 +635,41 @@ class Environment:
             self._moment.may_interrupt,
             self.ledger.is_held,
             tuple(tree),
-            tuple([values_key(scope.values) for scope in self._scopes]),
+            values_key(self.scope.values),
+            tuple([self._inner_key(node, finals) for node, finals in self._subtrees]),
             tuple([attempt_key(leaf, numbers) for leaf in self._action_leaves]),
-            tuple([goal_key(goal, self.ledger) for goal in held]),
-            tuple([server.key for server in self._goal_servers.values()]),
+            tuple([goal_key(goal, self.ledger) for goal in held if numbers[id(goal)] != LOST]),
+            self._leaves_behind(numbers),
+            tuple([server.key(numbers) for server in self._goal_servers.values()]),
             tuple([service.key for service in self._services.values()]),
             tuple([topic.key for topic in self._topics.values()]),
             tuple([speech.key for speech in self._speeches.values()]),
             tuple([leaf.answer for leaf in self._any_behaviours_running]),
             self.requirements.key,
         )
+
+    def _leaves_behind(self, numbers: Mapping[int, int]) -> bool:
+        """Is a goal lost for ever: one that no server works on?"""
+        lost = {goal for goal, number in numbers.items() if number == LOST}
+        if not lost:
+            return False
+        for server in self._goal_servers.values():
+            lost.difference_update(
+                [id(entry.goal) for entry in server.goals if entry.stage != "mute"]
+            )
+        return bool(lost)
+
+    @staticmethod
+    def _inner_key(node: Subtree, finals: Sequence[Finally]) -> Any:
+        """Return the variables of a named tree while something may read them.
+
+        They are replaced where it begins, apart from those that follow topics.
+        """
+        inner = node.inner
+        is_read = node.status is Status.RUNNING or inner.followed
+        if is_read or any(final.is_detached for final in finals):
+            return values_key(inner.values)
+        return None
 
     # ---- taking and putting back ------------------------------------------------------------
 
@@ -623,7 +684,7 @@ class Environment:
         self._present = memento
 
     def _changing(self) -> Iterable[Any]:
-        """Return the objects that any step may change; other nodes change where it visits them."""
+        """Return the objects that any step may change."""
         executive = self.executive
         return (
             self._moment,
@@ -633,12 +694,20 @@ class Environment:
             *executive.followed.variables,
             self.ledger,
             *self._finals,
-            *self._scopes,
-            *self._goal_servers.values(),
-            *self._services.values(),
+            self.scope,
+            *(node.inner for node, _ in self._subtrees if node not in self._inner_of),
             *self._topics.values(),
             *self._speeches.values(),
             *self.requirements.kept,
+        )
+
+    def _changing_by_use(self) -> Iterable[Any]:
+        """Return the objects that change only where a step uses them."""
+        return (
+            *self.executive.nodes,
+            *self._inner_of.values(),
+            *self._goal_servers.values(),
+            *self._services.values(),
         )
 
     def _dynamic(self) -> Iterator[Any]:
@@ -652,6 +721,13 @@ class Environment:
             for served in server.goals:
                 yield served
                 yield served.goal
+
+
+def _is_below(node: Behaviour, ancestor: Behaviour) -> bool:
+    """Is a node in the tree of another one?"""
+    while node is not ancestor and node.parent is not None:
+        node = node.parent
+    return node is ancestor
 
 
 def _full(name: str) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, TypeAlias
 
+from py_trees.common import Status
+
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.core.actions import moved_part
@@ -42,17 +44,31 @@ class ServedGoal:
         return self.stage == "working"
 
     @property
-    def key(self) -> tuple[Any, ...]:
-        """Its state as the server sees it."""
+    def is_read(self) -> bool:
+        """Does the leaf that has sent it still take its feedback and result?"""
+        leaf = self.leaf
         return (
-            self.server.name,
-            self.goal.owner,
+            leaf is not None
+            and leaf.status is Status.RUNNING
+            and leaf.attempt is not None
+            and leaf.attempt.goal is self.goal
+        )
+
+    def key(self, numbers: Mapping[int, int]) -> tuple[Any, ...]:
+        """Return its state as the server sees it.
+
+        Args:
+            numbers: Of the goals in the ledger, by their `id`.
+        """
+        goal = self.goal
+        return (
+            goal.owner,
             self.stage,
             self.is_cancel_open,
             self.refuses,
             self.ignores,
-            self.is_silent,
-            self.feedback,
+            numbers.get(id(goal), -1),
+            *((self.is_silent, self.feedback) if self.is_read else ()),
         )
 
 
@@ -66,6 +82,7 @@ class GoalServer:
         answers: Which are considered.
         cases: Values of results.
         evaluator_of: Returns what computes the values of a leaf.
+        on_use: Called before a leaf asks for it, or sends a goal.
     """
 
     def __init__(
@@ -76,11 +93,12 @@ class GoalServer:
         answers: AnswerSet,
         cases: ValueCases,
         evaluator_of: Callable[[ActionLeaf], Evaluator],
+        on_use: Callable[[GoalServer], None],
     ) -> None:
         self.name, self.type_name = name, type_name
         self._type = action_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
-        self._evaluator_of = evaluator_of
+        self._evaluator_of, self._on_use = evaluator_of, on_use
         self.moves = moved_part(name)
         self._requests, self._results_of, self._present = Known(), Known(), Known()
         self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
@@ -97,6 +115,7 @@ class GoalServer:
 
     def is_ready(self) -> bool:
         """Choose whether there is a server, unless it works on a goal."""
+        self._on_use(self)
         if any(goal.stage in ("working", "asked", "mute") for goal in self.goals):
             return not self.is_away
         if self.is_lost:
@@ -122,6 +141,7 @@ class GoalServer:
 
     def send(self, goal: Goal, _request: Any) -> None:
         """Take a goal."""
+        self._on_use(self)
         self.goals.append(ServedGoal(self, goal))
 
     def recover_goal(self, goal: Goal) -> None:
@@ -141,6 +161,8 @@ class GoalServer:
 
     def adopt(self, leaves: list[ActionLeaf]) -> None:
         """Note whose goals they are, after a tick; forget those that are over."""
+        if not self.goals:
+            return
         self.is_lost = False
         self.goals = [served for served in self.goals if served.stage != "over"]
         for served in self.goals:
@@ -150,10 +172,20 @@ class GoalServer:
                     None,
                 )
 
-    @property
-    def key(self) -> tuple[Any, ...]:
-        """Its state, and that of its goals."""
-        return self.name, self.is_away, *(entry.key for entry in self.goals)
+    def key(self, numbers: Mapping[int, int]) -> tuple[Any, ...]:
+        """Return its state, and that of its goals.
+
+        Goals that are never answered are alike: they only show that the server is there.
+
+        Args:
+            numbers: Of the goals in the ledger, by their `id`.
+        """
+        if not self.goals:
+            return self.name, self.is_away
+        is_late = bool(self._answers.at("mute", self.name))
+        goals = [entry for entry in self.goals if is_late or entry.stage != "mute"]
+        are_mute = len(goals) < len(self.goals)
+        return self.name, self.is_away, are_mute, *(entry.key(numbers) for entry in goals)
 
     def beat(self) -> None:
         """Send the feedback that keeps a goal from its limit of silence."""
@@ -197,8 +229,10 @@ class GoalServer:
 
     def _rows(self, stage: str, served: ServedGoal, *first: Option) -> Question | None:
         options: list[Option] = []
+        is_read = served.is_read
         for row in self._answers.at(stage, self.name):
-            options += self._options(row, served)
+            if is_read or row.name not in UNREAD:
+                options += self._options(row, served)
         return (*first, *options) if options else None
 
     def _options(self, row: Answer, served: ServedGoal) -> Iterator[Option]:
@@ -284,6 +318,8 @@ class GoalServer:
 
     def _results(self, served: ServedGoal) -> list[tuple[dict[str, Any], str]]:
         """Return the results that a mission can tell apart, each with words for it."""
+        if not served.is_read:
+            return [({}, "")]
         if served.leaf not in self._results_of:
             outputs = self._evaluator_of(served.leaf).node.outputs if served.leaf else {}
             cases = self._cases.of_outputs(outputs, self._type.Result())
@@ -326,6 +362,9 @@ class GoalServer:
 def _ignore(_goal: Goal, _answer: Event | GoalStatus | None, _message: Any) -> None:
     """Note no answer."""
 
+
+UNREAD = frozenset(("abort", "cancel_outside", "succeed_first", "abort_first", "silence"))
+"""Answers without a further effect where no leaf takes them."""
 
 _STATUSES = {
     "succeed": GoalStatus.SUCCEEDED,

@@ -41,6 +41,12 @@ class _Held(NamedTuple):
     contents: tuple[Any, ...]
 
 
+class _Special(tuple[Any, ...]):
+    """Values with a container, or with an attribute that is absent, among them."""
+
+    __slots__ = ()
+
+
 _Whole: TypeAlias = tuple[Any, dict[str, Any], tuple[_Held, ...]]
 
 
@@ -114,12 +120,12 @@ class _Kept:
         try:
             varying = self._varying_of(now)
         except KeyError:
-            varying = tuple([now.get(name, _ABSENT) for name in self._names])
+            varying = _Special([now.get(name, _ABSENT) for name in self._names])
         if known is not None and len(known) == len(varying) and all(map(is_, varying, known)):
             return known
         if _CONTAINERS.isdisjoint(map(type, varying)):
             return varying
-        copied = tuple(self._copied(varying, known or ()))
+        copied = _Special(self._copied(varying, known or ()))
         if known is not None and len(known) == len(copied) and all(map(is_, copied, known)):
             return known
         return copied
@@ -128,8 +134,10 @@ class _Kept:
         """Put earlier values back."""
         now = self.entry.__dict__
         if len(values) < len(self._names):
-            values = (*values, *self._first[len(values) :])
+            values = _Special((*values, *self._first[len(values) :]))
         now.update(zip(self._names, values, strict=True))
+        if type(values) is tuple:
+            return
         for name, value in zip(self._names, values, strict=True):
             if type(value) is _Held:
                 now[name] = value.container

@@ -433,7 +433,11 @@ def _dead_nodes(
     """Look for ways with more faults into the nodes that none has entered."""
     faults = options.faults + MORE_FAULTS
     claims, environment = Claims(), options.environment(mission, faults)
-    explored = explore(environment, claims, options.bounds, elapsed_s, on_progress, learns=learns)
+
+    def is_wanted(progress: Progress) -> bool:
+        return on_progress(progress) and bool(claims.never_entered(environment))
+
+    explored = explore(environment, claims, options.bounds, elapsed_s, is_wanted, learns=learns)
     if not explored.is_exhaustive:
         return []
     bound = "" if faults == UNBOUNDED else f" with at most {faults:g} faults"

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.composites import Composite
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.cleanup import Finally
@@ -19,13 +18,16 @@ from bt_mission.goals.goal import Goal, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.values import NoValue
 
+LOST = -2
+"""In place of the number of a goal that is given up: which one it is changes nothing."""
+
 
 def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[Any]], None]:
     """Return what notes the status of a node, and its memory and the nodes below while it runs.
 
     A node that joins others may end by a failure that came before its last tick, so the
-    failure is noted, too. A fallback has not reset the children that it has not reached; they are
-    left out.
+    failure is noted, too. Of a sequence or fallback with memory only the present child matters. A
+    fallback has not reset the children that it has not reached; they are left out.
 
     Args:
         indices: The number of each node.
@@ -35,6 +37,7 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
     final = node if isinstance(node, Finally) else None
     fallback = node if isinstance(node, Selector) else None
     is_joining = isinstance(node, Finally | Parallel)
+    has_memory = isinstance(node, Sequence | Selector) and node.memory
 
     def note(tree: list[Any]) -> None:
         status = node.status
@@ -43,13 +46,28 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
             return
         if memory is not None:
             tree.append(memory())
-        for child, note_child in below if fallback is None else below[: _child_of(fallback) + 1]:
+        noted = below
+        if has_memory or fallback is not None:
+            present = _child_of(node)
+            noted = below[present if has_memory else 0 : present + 1] if present >= 0 else []
+        for child, note_child in noted:
             note_child(tree)
             if is_joining and child.status is failure:
                 tip = failed_tip(child)
                 tree += [indices[tip], tip.feedback_message]
 
     return note
+
+
+def numbers_of(goals: Iterable[Goal]) -> dict[int, int]:
+    """Return the numbers of open goals by their `id`; `LOST` for those that are given up."""
+    numbers: dict[int, int] = {}
+    count = 0
+    for goal in goals:
+        is_lost = goal.phase is Phase.LOST
+        numbers[id(goal)] = LOST if is_lost else count
+        count += not is_lost
+    return numbers
 
 
 def attempt_key(leaf: ActionLeaf, numbers: Mapping[int, int]) -> Any:
@@ -76,8 +94,6 @@ def attempt_key(leaf: ActionLeaf, numbers: Mapping[int, int]) -> Any:
 
 def goal_key(goal: Goal, ledger: Ledger) -> Any:
     """Return the state of an open goal."""
-    if goal.phase is Phase.LOST:
-        return goal.goal_client.name, goal.owner
     return (
         goal.goal_client.name,
         goal.owner,
@@ -117,7 +133,7 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
     return memory
 
 
-def _child_of(node: Composite) -> int:
+def _child_of(node: Any) -> int:
     """Return the index of the child that a composite has reached; -1 for none."""
     current = node.current_child
     return -1 if current is None else node.children.index(current)

@@ -32,6 +32,7 @@ class Verdicts:
 
     ends: set[tuple[str, str]] = field(default_factory=set)
     broken: set[tuple[str, str]] = field(default_factory=set)
+    given_up: set[tuple[str, str]] = field(default_factory=set)
 
     def note_end(self, environment: Environment) -> None:
         """Note how a run ends."""
@@ -57,7 +58,7 @@ def explored(mission: Mission, faults: float, *, with_interrupts: bool = False) 
         claims = _Ends(verdicts)
         environment = Environment(mission, faults=faults, has_interrupts=with_interrupts)
         assert explore(environment, claims, learns=learns).is_exhaustive
-        verdicts.broken = set(claims.broken)
+        verdicts.broken, verdicts.given_up = set(claims.broken), set(claims.given_up)
         return verdicts
 
     try:
@@ -98,7 +99,7 @@ def enumerated(
                 break
             way = (*way[:-1], environment.choices.taken, ())
             script = ()
-    verdicts.broken = set(claims.broken)
+    verdicts.broken, verdicts.given_up = set(claims.broken), set(claims.given_up)
     return verdicts
 
 
