@@ -8,15 +8,18 @@ from dataclasses import dataclass, field, replace
 
 from py_trees.common import Status
 
+from bt_mission.core.actions import PARTS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.goals.goal import Phase
 from bt_mission.proving.environment import INTERRUPT, ORPHANED, Environment
 from bt_mission.proving.explorer import Explored
 
+ONE_GOAL = {part: f"one_goal_at_the_{part}" for part in ("base", *PARTS)}
+"""The properties of the parts that one goal at a time moves."""
 PROPERTIES = {
     "ends": "every run ends once its servers answer as usual",
     "goals_accounted": "no goal that a server works on is lost from the ledger",
-    "one_goal_at_a_part": "no part ever has two open goals",
+    **{name: f"the {part} never has two open goals" for part, name in ONE_GOAL.items()},
     "cleanup": "every clean-up of `finally` runs",
     "unset_variable": "no variable is read before it has a value",
     "unhandled": "no leaf stops the mission with its own error",
@@ -137,7 +140,7 @@ def _states_broken(environment: Environment) -> Iterator[Broken]:
             continue
         actions = [action for action, _ in goals]
         yield Broken(
-            "one_goal_at_a_part",
+            ONE_GOAL[part],
             " ".join(sorted(actions)),
             "",
             f"{' and '.join(actions)} have open goals at the {part} at the same time",

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.actions import moved_part
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import make_folder_of, write_file
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.language.mission import Mission
+from bt_mission.proving.claims import ONE_GOAL
 from bt_mission.proving.played import Played
 from bt_mission.proving.proof import Finding, ProofOptions, StageRun
 from bt_mission.proving.requirements import STATUSES
@@ -30,7 +30,8 @@ BEHIND_S = 10.0
 MOST_SEEDS = 8
 """Number of seeds to try for a run with random draws."""
 
-ONE_GOAL = "one goal at the {part}"
+PART_OF = {name: part for part, name in ONE_GOAL.items()}
+"""The parts that one goal at a time moves, by their property."""
 CLEANED = "the clean-up runs"
 ACCOUNTED = "the ledger holds the goal"
 NO_RUN = {
@@ -70,9 +71,9 @@ def check_of(finding: Finding) -> Check:
     broken = finding.broken
     why = NO_RUN.get(finding.property, "no run shows it")
     match broken.name if broken is not None else "":
-        case "one_goal_at_a_part":
-            part = moved_part(broken.about.partition(" ")[0]) if broken is not None else ""
-            one_goal = ONE_GOAL.format(part=part)
+        case name if name in PART_OF:
+            part = PART_OF[name]
+            one_goal = f"one goal at the {part}"
             return Check(
                 lambda result: one_goal in result.violated,
                 requirements={one_goal: f"never goals_at_{part} > 1"},

@@ -16,7 +16,14 @@ from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.abstraction import ROUNDS_OF_CUT
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import UNBOUNDED, Script
-from bt_mission.proving.claims import OF_SOME_RUN, PROPERTIES, Broken, Claims, name_of
+from bt_mission.proving.claims import (
+    OF_SOME_RUN,
+    ONE_GOAL,
+    PROPERTIES,
+    Broken,
+    Claims,
+    name_of,
+)
 from bt_mission.proving.environment import Environment
 from bt_mission.proving.explorer import (
     Bounds,
@@ -331,6 +338,8 @@ def _proved(
     broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
     considered.discard("requirement")
+    moved = {"base", *(server.moves for server in environment.goal_servers)}
+    considered -= {name for part, name in ONE_GOAL.items() if part not in moved}
     if never:
         considered.discard("dead_node")
     unbroken = tuple(name for name in PROPERTIES if name in considered and name not in broken_names)

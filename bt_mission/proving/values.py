@@ -1,7 +1,8 @@
 """The values of messages and draws that the conditions of a mission can tell apart.
 
 A number that is compared with constants has the values on both sides of each and the constant
-itself. A value that nobody compares has one value. Where a condition reads arithmetic that is
+itself; so has one that is passed to a variable that is compared. A value that nobody compares has
+one value. Where a condition reads arithmetic that is
 not followed, the values are samples, :attr:`ValueCases.sampled` names them, and the exploration is
 not exhaustive.
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice, product
-from typing import Any
+from typing import Any, TypeAlias
 
 from bt_mission.behaviours.evaluator import MessageFields
 from bt_mission.behaviours.runtime import read_field
@@ -25,8 +26,10 @@ from bt_mission.language.expressions.syntax import (
 )
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.base import NodeModel
+from bt_mission.language.nodes.base import NodeModel, OutputsNode
 from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.leaves import SetNode
+from bt_mission.language.nodes.subtree import TreeNode
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.language.requirements.syntax import SignalValue
 
@@ -38,6 +41,10 @@ class Known(dict[Any, Any]):
 MOST_COMBINATIONS = 64
 """Combinations of values of one message that are tried."""
 OTHER_TEXT = "other"
+
+
+Flow: TypeAlias = tuple[str, str, bool]
+"""A name, the variable that gets a value with it, and whether that is the value as it is."""
 
 
 class ValueCases:
@@ -55,13 +62,45 @@ class ValueCases:
         self._messages, self._names, self._met = Known(), Known(), Known()
         self.sampled: set[str] = set()
         """Names with values that not all are tried, and conditions that no tried message meets."""
-        for tree in mission.all_trees:
-            for node in tree.body.walk():
-                for value in _values_of(node):
-                    for expression in _expressions(value):
-                        self._note(expression.root, mission.inputs)
+        nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
+        for node in nodes:
+            for value in _values_of(node):
+                for expression in _expressions(value):
+                    self._note(expression.root, mission.inputs)
         for requirement in requirements:
             self._note(requirement.root, mission.inputs)
+        read = {entry.variable for tree in mission.all_trees for entry in tree.follow}
+        for node in nodes:
+            if isinstance(node, OutputsNode) and not isinstance(node, TreeNode):
+                read.update(node.outputs.values())
+        self._trace_back([flow for node in nodes for flow in _flows_of(node)], read)
+
+    def _trace_back(self, flows: Sequence[Flow], read: set[str]) -> None:
+        """Have names with a value that is passed to others distinguish what those distinguish.
+
+        Args:
+            read: Variables with values of messages.
+        """
+        while more := {target for source, target, _ in flows if source in read} - read:
+            read |= more
+        is_more = True
+        while is_more:
+            is_more = False
+            for source, target, is_whole in flows:
+                if source not in read or target not in self._compared | self._asked:
+                    continue
+                before = self._kept_of(source)
+                if target in self._asked:
+                    self._asked.add(source)
+                if target in self._compared:
+                    self._compared.add(source)
+                    constants = self._constants.setdefault(source, set())
+                    constants |= self._constants.get(target, set())
+                    self.sampled |= set() if is_whole else {source}
+                is_more |= self._kept_of(source) != before
+
+    def _kept_of(self, name: str) -> tuple[int, ...]:
+        return name in self._asked, name in self._compared, len(self._constants.get(name, ()))
 
     def _note(self, root: SyntaxNode, inputs: Mapping[str, Any]) -> None:
         if _is_name(root):
@@ -195,6 +234,22 @@ def _negated(side: SyntaxNode) -> float | None:
         return None
     value = side.operand.value
     return value if isinstance(value, int | float) else None
+
+
+def _flows_of(node: NodeModel) -> Iterator[Flow]:
+    """Yield which variables a node gives values of others."""
+    given: Mapping[str, Any] = {}
+    if isinstance(node, SetNode):
+        given = node.values
+    elif isinstance(node, TreeNode):
+        given = node.inputs
+        yield from ((inner, outer, True) for inner, outer in node.outputs.items())
+    for name, value in given.items():
+        for expression in _expressions(value):
+            root = expression.root
+            yield from (
+                (_name_of(part), name, part is root) for part in _parts(root) if _is_name(part)
+            )
 
 
 def _values_of(node: NodeModel) -> Iterator[Any]:

@@ -205,14 +205,14 @@ EXECUTIVE_DEFECTS = [
     ),
     ExecutiveDefect(
         "a halted leaf keeps its goal",
-        "one_goal_at_a_part",
+        "one_goal_at_the_base",
         HALTED,
         instead(ActionLeaf, "terminate", lambda *_: None),
         0,
     ),
     ExecutiveDefect(
         "a goal is sent beside one that has not ended",
-        "one_goal_at_a_part",
+        "one_goal_at_the_base",
         AGAIN,
         instead(Ledger, "has_orphan_at", lambda *_: False),
         2,
