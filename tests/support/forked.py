@@ -27,6 +27,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--processes", type=int, default=0, help="forks that run the tests")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Collect without looking for cycles: what is collected stays."""
+    if config.getoption("processes"):
+        gc.disable()
+
+
 def pytest_runtestloop(session: pytest.Session) -> bool | None:
     """Run the tests in forks, if that is asked for."""
     config = session.config
@@ -35,6 +41,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     if reporter := config.pluginmanager.getplugin("terminalreporter"):
         reporter.showfspath = False  # several files at a time
     gc.freeze()
+    gc.enable()
     forks = Forks(session)
     try:
         forks.run(config.getoption("processes"))
