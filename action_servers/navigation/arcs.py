@@ -49,6 +49,8 @@ _DISLIKE = 10.0
 _TRIED = 4
 _LEAST_SKIPPED = 4
 _AFTER_FIRST = 300
+_GOOD_ENOUGH = 0.9
+"""No other way costs less than this share of the one that is taken."""
 MOST_PLACES = 4_000
 """Places from which the search looks further, before it ends without a way."""
 
@@ -163,7 +165,7 @@ class ArcSearch:
         self.is_over = False
         self._places = 0
         self._count = 0
-        self._first_at = math.inf
+        self._first_at = self._cheapest = math.inf
         self._closed: dict[_Key, float] = {}
         self._make_moves()
         self._left = self._prices_to_goal(cost, body)
@@ -222,12 +224,14 @@ class ArcSearch:
             )
             if self._closed.get(self._key(new), math.inf) > price:
                 guess = self._guess(new)
-                if guess < math.inf:
+                if guess < _GOOD_ENOUGH * self._cheapest:
                     self._push(guess, new)
 
     def _try_curves(self, place: _Place) -> None:
         start = self._pose(place)
         for pieces in curves(start, self._goal, self._curvature)[:_TRIED]:
+            if place.price + sum(abs(length) for _, length in pieces) >= self._cheapest:
+                return
             poses = _driven(start, pieces, self._curvature)[0]
             rooms = self._discs.room(poses, self._survey)
             near_goal = np.hypot(poses[:, 0] - self._goal.x, poses[:, 1] - self._goal.y) < 0.5
@@ -235,7 +239,10 @@ class ArcSearch:
             if (rooms < needed).any() or (rooms < 0.0).any():
                 continue
             self._first_at = min(self._first_at, self._places)
-            self._push(place.price + self._curve_price(place, pieces, rooms), _End(place, pieces))
+            price = place.price + self._curve_price(place, pieces, rooms)
+            if price < self._cheapest:
+                self._cheapest = price
+                self._push(_GOOD_ENOUGH * price, _End(place, pieces))
 
     def _curve_price(self, place: _Place, pieces: Pieces, rooms: Floats) -> float:
         level = float(np.mean([self._price(room) for room in rooms.tolist()] or [1.0]))
