@@ -52,7 +52,8 @@ _AFTER_FIRST = 300
 _GOOD_ENOUGH = 0.9
 """No other way costs less than this share of the one that is taken."""
 MOST_PLACES = 4_000
-"""Places from which the search looks further, before it ends without a way."""
+"""Places from which the search looks further, before it ends without a way; a third of them where
+more than `KEPT_M` is kept."""
 
 _Key: TypeAlias = tuple[int, int, int, int]
 Spots: TypeAlias = npt.NDArray[np.complex128]
@@ -156,6 +157,7 @@ class ArcSearch:
         kept: float = KEPT_M,
     ) -> None:
         self._kept = kept
+        self._most = MOST_PLACES if kept <= KEPT_M else MOST_PLACES // 3
         self._start, self._goal = ends
         self._survey = survey
         self._discs = HullDiscs(body)
@@ -182,7 +184,7 @@ class ArcSearch:
         for _ in range(places):
             if self.is_over:
                 return
-            if not self._open or self._places > min(MOST_PLACES, self._first_at + _AFTER_FIRST):
+            if not self._open or self._places > min(self._most, self._first_at + _AFTER_FIRST):
                 self._end(self._best_end())
                 return
             _, _, place = heapq.heappop(self._open)
