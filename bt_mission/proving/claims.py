@@ -14,7 +14,7 @@ from bt_mission.goals.goal import Phase
 from bt_mission.proving.environment import INTERRUPT, ORPHANED, Environment
 from bt_mission.proving.explorer import Explored
 
-ONE_GOAL = {part: f"one_goal_at_the_{part}" for part in ("base", *PARTS)}
+ONE_GOAL: dict[str, str] = {part: f"one_goal_at_the_{part}" for part in ("base", *PARTS)}
 """The properties of the parts that one goal at a time moves."""
 PROPERTIES = {
     "ends": "every run ends once its servers answer as usual",

@@ -12,6 +12,7 @@ from py_trees.common import Status
 from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
+from bt_mission.behaviours.runtime import Generator
 from bt_mission.language.follow import Follow
 from bt_mission.proving.answers import Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
@@ -366,6 +367,25 @@ class Draw(Random):
         ]
         options = [Option(f"{self._name} draws {entry + 1}") for entry in possible]
         return [possible[self._choices.choose(options)]]
+
+
+class Draws(dict[str, Generator]):
+    """Makes a generator for each name.
+
+    Args:
+        draw: Returns the generator of a name.
+    """
+
+    def __init__(self, draw: Callable[[str], Draw]) -> None:
+        super().__init__()
+        self._draw = draw
+
+    def __contains__(self, _name: object) -> bool:
+        return True
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._draw(name)  # type: ignore[assignment]
+        return self[name]
 
 
 def _option(

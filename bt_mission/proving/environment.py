@@ -7,7 +7,7 @@ tick where the tree still moves, else up to the next limit.
 from __future__ import annotations
 
 import marshal
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from hashlib import blake2b
 from types import MappingProxyType
@@ -21,7 +21,7 @@ from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
 from bt_mission.behaviours.decorators import Subtree
-from bt_mission.behaviours.runtime import Generator, Scope
+from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import NodeChanged, NodesReset
 from bt_mission.executive.executive import Executive
@@ -53,7 +53,7 @@ from bt_mission.proving.choices import (
     OutOfFaultsError,
     Script,
 )
-from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
+from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Draws, Service, Speech, Topic
 from bt_mission.proving.goal_servers import GoalServer, Question
 from bt_mission.proving.limits import Due, RunningLimits
 from bt_mission.proving.memento import Keeper, Memento
@@ -63,6 +63,8 @@ from bt_mission.proving.state_key import (
     attempt_key,
     failed_tip,
     goal_key,
+    inner_key,
+    leaves_behind,
     noter,
     numbers_of,
     values_key,
@@ -76,21 +78,6 @@ START_NS = NS
 INTERRUPT = "Ctrl-C"
 ORPHANED = "orphaned goals"
 """Begins the list of goals in the reason of a mission that leaves some behind."""
-
-
-class _Draws(dict[str, Generator]):
-    """Makes a generator for each name."""
-
-    def __init__(self, environment: Environment) -> None:
-        super().__init__()
-        self._environment = environment
-
-    def __contains__(self, _name: object) -> bool:
-        return True
-
-    def __missing__(self, name: str) -> Any:
-        self[name] = self._environment.draw(name)  # type: ignore[assignment]
-        return self[name]
 
 
 class _Moment:
@@ -165,7 +152,7 @@ class Environment:
         self._services: dict[str, Service] = {}
         self._topics: dict[str, Topic] = {}
         self._speeches: dict[str, Speech] = {}
-        self.scope = Scope(dict(mission.inputs), mission.seed, _Draws(self))
+        self.scope = Scope(dict(mission.inputs), mission.seed, Draws(self.draw))
         self.ledger = Ledger(0, CANCEL_GRACE_NS, retry_ns=NEVER_NS, server_check_ns=0)
         behaviours = MappingProxyType(
             {**BEHAVIOURS, PythonNode: AnyBehaviour, RepeatNode: BoundedRepeat}
@@ -184,7 +171,7 @@ class Environment:
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
         self._finals = [node for node in nodes if isinstance(node, Finally)]
         self._subtrees = [
-            (node, [final for final in self._finals if _is_below(final, node)])
+            (node, [below for below in node.iterate() if isinstance(below, Finally)])
             for node in nodes
             if isinstance(node, Subtree)
         ]
@@ -636,10 +623,10 @@ class Environment:
             self.ledger.is_held,
             tuple(tree),
             values_key(self.scope.values),
-            tuple([self._inner_key(node, finals) for node, finals in self._subtrees]),
+            tuple([inner_key(node, finals) for node, finals in self._subtrees]),
             tuple([attempt_key(leaf, numbers) for leaf in self._action_leaves]),
             tuple([goal_key(goal, self.ledger) for goal in held if numbers[id(goal)] != LOST]),
-            self._leaves_behind(numbers),
+            leaves_behind(numbers, self._goal_servers.values()),
             tuple([server.key(numbers) for server in self._goal_servers.values()]),
             tuple([service.key for service in self._services.values()]),
             tuple([topic.key for topic in self._topics.values()]),
@@ -647,29 +634,6 @@ class Environment:
             tuple([leaf.answer for leaf in self._any_behaviours_running]),
             self.requirements.key,
         )
-
-    def _leaves_behind(self, numbers: Mapping[int, int]) -> bool:
-        """Is a goal lost for ever: one that no server works on?"""
-        lost = {goal for goal, number in numbers.items() if number == LOST}
-        if not lost:
-            return False
-        for server in self._goal_servers.values():
-            lost.difference_update(
-                [id(entry.goal) for entry in server.goals if entry.stage != "mute"]
-            )
-        return bool(lost)
-
-    @staticmethod
-    def _inner_key(node: Subtree, finals: Sequence[Finally]) -> Any:
-        """Return the variables of a named tree while something may read them.
-
-        They are replaced where it begins, apart from those that follow topics.
-        """
-        inner = node.inner
-        is_read = node.status is Status.RUNNING or inner.followed
-        if is_read or any(final.is_detached for final in finals):
-            return values_key(inner.values)
-        return None
 
     # ---- taking and putting back ------------------------------------------------------------
 
@@ -721,13 +685,6 @@ class Environment:
             for served in server.goals:
                 yield served
                 yield served.goal
-
-
-def _is_below(node: Behaviour, ancestor: Behaviour) -> bool:
-    """Is a node in the tree of another one?"""
-    while node is not ancestor and node.parent is not None:
-        node = node.parent
-    return node is ancestor
 
 
 def _full(name: str) -> str:

@@ -12,11 +12,12 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.control import Parallel, Pick, Selector, Sequence
-from bt_mission.behaviours.decorators import Repeat, Retry
+from bt_mission.behaviours.decorators import Repeat, Retry, Subtree
 from bt_mission.behaviours.snapshot import save
 from bt_mission.goals.goal import Goal, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.values import NoValue
+from bt_mission.proving.goal_servers import GoalServer
 
 LOST = -2
 """In place of the number of a goal that is given up: which one it is changes nothing."""
@@ -102,6 +103,35 @@ def goal_key(goal: Goal, ledger: Ledger) -> Any:
         goal.orphaned_ns is not None,
         ledger.has_given_up(goal),
     )
+
+
+def leaves_behind(numbers: Mapping[int, int], servers: Iterable[GoalServer]) -> bool:
+    """Is a goal lost for ever: one that no server works on?
+
+    Args:
+        numbers: Of the open goals, by their `id`.
+        servers: Those of all actions.
+    """
+    lost = {goal for goal, number in numbers.items() if number == LOST}
+    if lost:
+        for server in servers:
+            lost -= {id(entry.goal) for entry in server.goals if entry.stage != "mute"}
+    return bool(lost)
+
+
+def inner_key(node: Subtree, finals: Iterable[Finally]) -> Any:
+    """Return the variables of a named tree while something may read them.
+
+    They are replaced where it begins, apart from those that follow topics.
+
+    Args:
+        finals: The nodes with a clean-up in the tree.
+    """
+    inner = node.inner
+    is_read = node.status is Status.RUNNING or inner.followed
+    if is_read or any(final.is_detached for final in finals):
+        return values_key(inner.values)
+    return None
 
 
 def failed_tip(node: Behaviour) -> Behaviour:
