@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from hypothesis import settings
+from rclpy.logging import LoggingSeverity, set_logger_level
 
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.testing.live_graph import own_domain
@@ -98,6 +99,13 @@ class ScriptedServer:
 
     def abort(self, result: Any = None) -> None:
         self.goal.on_result(6, result)
+
+
+@pytest.fixture(autouse=True)
+def _log_level() -> Iterator[None]:
+    """A command that silences the logs of ROS does so until its test ends."""
+    yield
+    set_logger_level("", LoggingSeverity.INFO)
 
 
 @pytest.fixture

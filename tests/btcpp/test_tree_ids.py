@@ -77,6 +77,7 @@ def test_only_leaves_for_any_type_need_a_mission_for_their_ports():
     gripper = ("goal__command__max_effort", "goal__command__position", "out_stalled")
     assert refused == {
         ("recoveries", "no ports ['goal__time'] of <action>"),
+        ("patrol", "no ports ['message__speed_limit'] of <publish>"),
         (
             "fetch",
             "no ports ['goal__trajectory__joint_names', 'goal__trajectory__points'] of <action>",

@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.action import ExecuteMission, Turn
 from rclpy.action import ActionServer
-from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from std_msgs.msg import String
 
@@ -359,7 +358,6 @@ def test_an_execute_callback_that_raises_aborts_its_goal(
 ) -> None:
     """As under rclpy; the reason and one line of the log name the exception and its place."""
     path = executing(tmp_path, f"  action: {FIB}\n", RAISES, prefix)
-    set_logger_level("numbers", LoggingSeverity.INFO)  # a scenario's runner silences all others
     report = ran(load(path), tmp_path)
     reason = "aborted: /fib: ValueError: jammed (server.py:11)"
     assert (report.status, report.reason) == ("failure", f"'fib' {reason}")
