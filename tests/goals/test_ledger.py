@@ -83,6 +83,23 @@ def test_every_step_is_told(server: Any) -> None:
     assert reports == ["sent", "released", "ended"]
 
 
+def test_a_goal_that_is_given_up_is_reported_then(server: Any) -> None:
+    """With its time; a late end is reported, too."""
+    reports: list[tuple[int, str]] = []
+    ledger = Ledger(1, 3 * S, lambda time_ns, change, goal: reports.append((time_ns, change)))
+    goal = ledger.send(server, "leaf", {}, S)
+    server.accept()
+    ledger.release_goal(goal, S)
+    reports.clear()
+    ledger.update(4 * S - 1)
+    assert (4 * S, "abandoned") not in reports
+    ledger.update(4 * S)
+    assert reports[-1] == (4 * S, "abandoned")
+    server.cancel()
+    ledger.update(5 * S)
+    assert reports[-1] == (5 * S, "ended")
+
+
 def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server: Any) -> None:
     """From then on, and it is named again if that passes, too."""
     ledger = Ledger(1, 3 * S)

@@ -7,8 +7,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from py_trees.common import Status
 
-from bt_mission.events.events import EventStream
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.events.events import EventStream, NodeChanged
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.ros.signals import LiveSignals
 
@@ -60,3 +62,24 @@ def test_all_who_ask_for_a_signal_get_the_same_reader() -> None:
     signals = LiveSignals(Run())  # type: ignore[arg-type]
     assert signals.reader(signal("distance")) is signals.reader(signal("distance"))
     assert signals.reader(signal("time")) is not signals.reader(signal("distance"))
+
+
+def test_the_outcome_of_a_leaf_is_that_of_its_newest_goal() -> None:
+    """By the name of the leaf; a leaf that runs again has none."""
+    run = Run()
+    leaf = object.__new__(ActionLeaf)
+    leaf.name, leaf.status = "turn", Status.INVALID
+    ending = SimpleNamespace(outcome="aborted")
+    leaf.attempt = SimpleNamespace(ending=ending)  # type: ignore[assignment]
+    run.executive.nodes, run.executive.path_of = (leaf,), lambda _: "0"
+    signals = LiveSignals(run)  # type: ignore[arg-type]
+    aborted = signals.reader(SignalValue(0, "outcome", ("turn", "aborted")))
+    rejected = signals.reader(SignalValue(0, "outcome", ("turn", "rejected")))
+    assert callable(aborted)
+    assert callable(rejected)
+    assert not aborted()
+    run.executive.events.emit(NodeChanged(0, 0, Status.FAILURE, ""))
+    assert (aborted(), rejected()) == (True, False)
+    run.executive.events.emit(NodeChanged(1, 0, Status.RUNNING, ""))
+    signals.forget()
+    assert not aborted()
