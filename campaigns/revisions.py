@@ -33,7 +33,7 @@ from action_msgs.msg import GoalStatus
 from campaign import AT_ONCE, RAISED, pending
 
 from benchmarks.measuring import CpuWatch, figure
-from bt_mission.core.actions import moves_base
+from bt_mission.core.actions import moved_part
 from bt_mission.core.draws import Draws, SeededDraws, maybe, number, one_of
 from bt_mission.core.errors import BtMissionError
 from bt_mission.events.events import Event, GoalChanged, TreeRevised
@@ -234,7 +234,7 @@ class Watch:
         wanted = [
             goal.owner
             for goal in goals
-            if moves_base(goal.goal_client.name) and goal.phase in WANTED
+            if moved_part(goal.goal_client.name) == "base" and goal.phase in WANTED
         ]
         if len(wanted) > 1:
             self._findings.append(f"two goals on the base: {wanted} at {self._run.t} s")
