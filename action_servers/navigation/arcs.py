@@ -141,7 +141,7 @@ class _End:
 
 
 class ArcSearch:
-    """A search that is done in parts: :meth:`go_on` until it `is_over`; then `way` is the result.
+    """A search that is done in parts: :meth:`advance` until it `is_over`; then `way` is the result.
 
     `cost` is that of the planner: its comfort counts here beyond the hull, around which the way
     keeps `kept` metres, or the room of its ends if that is less.
@@ -179,7 +179,7 @@ class ArcSearch:
             first = _Place(self._start.x, self._start.y, 0, 0.0, float(start_room), None, -1)
             self._push(self._guess(first), first)
 
-    def go_on(self, places: int) -> None:
+    def advance(self, places: int) -> None:
         """Look from at most `places` more places."""
         for _ in range(places):
             if self.is_over:

@@ -209,7 +209,7 @@ class NavigateToPose:
 
     def _search_on(self, search: ArcSearch) -> None:
         """Look for arcs to the goal; without any, the car follows its path in strokes."""
-        search.go_on(_PLACES_A_STEP)
+        search.advance(_PLACES_A_STEP)
         if not search.is_over:
             return
         del self._searches[0]

@@ -444,7 +444,7 @@ def _dead_nodes(
     claims, environment = Claims(), options.environment(mission, faults)
 
     def is_wanted(progress: Progress) -> bool:
-        return on_progress(progress) and bool(claims.never_entered(environment))
+        return on_progress(progress) and len(claims.entered) < len(environment.executive.nodes)
 
     explored = explore(environment, claims, options.bounds, elapsed_s, is_wanted, learns=learns)
     if not explored.is_exhaustive:

@@ -132,7 +132,7 @@ def searched(place: Any, start: Pose2D, goal: Pose2D, kept: float = KEPT_M) -> A
         kept,
     )
     while not search.is_over:
-        search.go_on(50)
+        search.advance(50)
     return search.way
 
 
