@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -18,6 +19,8 @@ from typing import Any
 from bt_mission.cli.doctor import BROWSERS
 
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+PATIENCE_S = 120
+"""How long it may say nothing: a page that hangs fails one test, and ends no process of tests."""
 
 
 class Page:
@@ -125,6 +128,8 @@ class Page:
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:
+            is_there, _, _ = select.select([self._receive], [], [], PATIENCE_S)
+            assert is_there, f"the browser has said nothing for {PATIENCE_S} s"
             some = os.read(self._receive, 1 << 20)
             assert some, "the browser has gone"
             self._buffer += some

@@ -85,6 +85,14 @@ class Fork:
             self.connection.send(item)
 
 
+def received(connection: Connection) -> tuple[Any] | None:
+    """Return what a fork has sent; None where it has ended."""
+    try:
+        return (connection.recv(),)
+    except (EOFError, ConnectionError):
+        return None
+
+
 class Forks:
     """Forks, and the items that wait for one."""
 
@@ -101,12 +109,10 @@ class Forks:
         while self._forks:
             for connection in wait(list(self._forks)):
                 fork = self._forks[connection]
-                try:
-                    message = fork.connection.recv()
-                except (EOFError, ConnectionError):
+                if message := received(fork.connection):
+                    self._take(fork, *message)
+                else:  # not while the error is handled: the next fork would see it
                     self._end(fork)
-                else:
-                    self._take(fork, message)
 
     def close(self) -> None:
         """End the forks that are left when a session is interrupted."""

@@ -637,7 +637,7 @@ async function begin() {
   text = new TextPane(changed, (offset) => {
     const box = drawing.innermost(offset);
     if (box && keyOf(box.path) !== drawing.selected) drawing.choose(box, false);
-  }, [{ key: "Mod-s", run: () => { showDifference(); return true; } }]);
+  });
   palette = new Palette(vocabulary.kinds, (event, kind) => { event.preventDefault(); drawing.drag(event, { kind }); }, insert);
   runs = new RunPane((statuses, breakpoints) => {
     const paths = runPaths(drawing);

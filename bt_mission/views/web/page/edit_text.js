@@ -59,7 +59,7 @@ const range = cm.StateField.define({
 
 export class TextPane {
   // onChange(isTyped): the text has changed. onCursor(offset): the cursor is elsewhere.
-  constructor(onChange, onCursor, acts) {
+  constructor(onChange, onCursor) {
     this.name = "";
     this.onCursor = onCursor;
     const root = byId("text").attachShadow({ mode: "open" });
@@ -76,7 +76,6 @@ export class TextPane {
       cm.keymap.of([
         { key: "F12", run: () => { this.goToDefinition(); return true; } },
         { key: "Mod-y", run: cm.redo },
-        ...acts,
         ...cm.closeBracketsKeymap, ...cm.completionKeymap, ...cm.searchKeymap, ...cm.historyKeymap,
         ...cm.foldKeymap, ...cm.lintKeymap, ...cm.defaultKeymap, cm.indentWithTab,
       ]),

@@ -131,6 +131,7 @@ class Editor(Screen):
         await self.look("document.querySelector('#window-buttons button').click()")
         await self.until("document.getElementById('unsaved').hidden")
         await self.until(IDLE)
+        assert not await self.look("document.getElementById('window').open"), "asked twice"
         return self.file.read_text()
 
     async def middle(self, name: str) -> tuple[float, float, float]:
