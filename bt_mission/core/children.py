@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import json
+import os
 import re
 import signal
 import sys
@@ -15,6 +16,8 @@ from typing import Any
 
 _LINK = re.compile(r"in a browser: (http://\S+)")
 MOST_LINES = 200
+PATIENCE_S = 3.0
+"""How long a process may take to end by a signal, before it gets the next one."""
 _END_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl: the signal that a process gets when its parent has ended."""
 
@@ -85,14 +88,20 @@ class Child:
         return self._task.done()
 
     async def stop(self) -> None:
-        """End it: by Ctrl-C, which lets the robot stop, then by force."""
+        """End it: by Ctrl-C, which lets the robot stop, then by force.
+
+        The force reaches what it has started, too, which may hold its output open.
+        """
         for number in (signal.SIGINT, signal.SIGINT, signal.SIGKILL):
             if self.is_over:
                 break
-            if self._process is not None and self._process.returncode is None:
+            if self._process is not None:
                 with suppress(ProcessLookupError):
-                    self._process.send_signal(number)
-            await asyncio.wait([self._task], timeout=3.0)
+                    if number == signal.SIGKILL:
+                        os.killpg(self._process.pid, number)
+                    elif self._process.returncode is None:
+                        self._process.send_signal(number)
+            await asyncio.wait([self._task], timeout=PATIENCE_S)
 
     async def _run(self) -> None:
         if self._spare is None:

@@ -64,6 +64,7 @@ def test_its_missions_are_valid_and_run(cli: CommandLine) -> None:
     assert "here     Drive to the far wall" in cli("missions")
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.usefixtures("project")
 def test_it_passes_its_own_tests() -> None:

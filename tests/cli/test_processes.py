@@ -147,6 +147,7 @@ def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
     assert "orphaned goals: /move goal" in rest
 
 
+@pytest.mark.thorough
 def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: Path) -> None:
     """Ctrl-C at the executive that serves: its goals end, and the outer mission learns why."""
     mission = tmp_path / "outer.yaml"
@@ -275,6 +276,7 @@ tree:
 """
 
 
+@pytest.mark.thorough
 def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
     """As launch files give them: its namespace and its node, and actions offered and asked for."""
     (tmp_path / "remapped.yaml").write_text(REMAPPED, encoding="utf-8")
@@ -304,6 +306,7 @@ def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
     assert not {"/robot1/execute_mission", "/robot1/turn"} & set(who)
 
 
+@pytest.mark.thorough
 def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive: str) -> None:
     """Neither by the executive nor by the servers, unless that is asked for.
 

@@ -51,6 +51,7 @@ def test_servers_of_a_real_robot_say_that_nobody_listens() -> None:
             assert process.returncode == 0
 
 
+@pytest.mark.thorough
 def test_a_mission_for_one_robot_of_two(tmp_path: Path) -> None:
     """By its namespace: sim, servers and executive as three processes."""
     path = tmp_path / "turn.yaml"

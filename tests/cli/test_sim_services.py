@@ -103,6 +103,7 @@ def tool(live_graph, monkeypatch) -> Iterator[Tool]:
     tool.close()
 
 
+@pytest.mark.thorough
 def test_a_reset_in_the_middle_of_a_mission_and_between_two(live_graph, tool):
     """The running goal ends with the reason, and the mission and its viewers continue."""
     simulator, servers = live_graph.robot("empty_arena", "waffle", "--no-camera", "--speed", "2")

@@ -52,6 +52,7 @@ def test_a_run_is_filmed(cli: CommandLine) -> None:
     assert line.endswith(" MB)")
 
 
+@pytest.mark.thorough
 @pytest.mark.egl
 @pytest.mark.process
 @pytest.mark.usefixtures("has_egl")

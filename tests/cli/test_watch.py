@@ -70,6 +70,7 @@ def test_a_picture_is_drawn_on_a_terminal(mission: subprocess.Popen[str]):
     assert "\x1b[?1049l" in seen
 
 
+@pytest.mark.thorough
 def test_a_terminal_that_cannot_be_drawn_on_has_plain_lines(mission: subprocess.Popen[str]):
     """With a word."""
     seen, code = on_terminal("dumb", "▶ turn round", b"\x03")

@@ -29,6 +29,7 @@ def robot() -> Any:
         yield servers
 
 
+@pytest.mark.thorough
 def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
     """A pipe that closes, Ctrl-C, and a server that is killed: no traceback, each its code."""
     send = ("actions", "send", "/wait", "time: 60", *WAIT)

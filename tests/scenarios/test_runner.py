@@ -63,6 +63,7 @@ def by_itself(*arguments: object) -> str:
     return reported
 
 
+@pytest.mark.thorough
 def test_a_later_run_is_that_of_a_process_of_its_own(runner, written):
     """With the mission's file as with the scenario's; whatever ran before, and broke."""
     turn, leg = written("turn", TURN), written("leg", LEG)

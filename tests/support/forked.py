@@ -1,7 +1,8 @@
 """Part of the test session: `--processes N` collects once, and runs the tests in N forks.
 
 A fork has what the collection has imported. It takes file by file from the process that collected,
-those with most tests of processes first: these wait, while others compute. Each fork has its own
+those with most tests of processes first: these wait, while others compute. Two forks share a file
+when no other is left, so what a module's fixture makes is mostly made once. Each fork has its own
 DDS domain and folder for temporary files. Where one dies, its test fails, and another takes over.
 """
 
@@ -54,15 +55,14 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     return True
 
 
-def in_order(items: Sequence[pytest.Item]) -> Iterator[int]:
-    """Return the numbers of the items, file by file."""
-    files = [list(group) for _, group in groupby(range(len(items)), lambda n: items[n].path)]
+def by_file(items: Sequence[pytest.Item]) -> list[deque[int]]:
+    """Return the numbers of the items of each file, those with most tests of processes first."""
+    files = [deque(group) for _, group in groupby(range(len(items)), lambda n: items[n].path)]
 
-    def processes(numbers: list[int]) -> int:
+    def processes(numbers: deque[int]) -> int:
         return sum(items[number].get_closest_marker("process") is not None for number in numbers)
 
-    for numbers in sorted(files, key=processes, reverse=True):
-        yield from numbers
+    return sorted(files, key=processes, reverse=True)
 
 
 class Fork:
@@ -71,6 +71,8 @@ class Fork:
     def __init__(self, session: pytest.Session, name: str) -> None:
         self.connection, there = Pipe()
         self.items: deque[int] = deque()
+        self.file: deque[int] = deque()
+        """What is left of the file that it is at."""
         self.pid = os.fork()
         if not self.pid:
             self.connection.close()
@@ -98,13 +100,13 @@ class Forks:
 
     def __init__(self, session: pytest.Session) -> None:
         self._session = session
-        self._waiting = deque(in_order(session.items))
+        self._files = deque(by_file(session.items))
         self._forks: dict[Any, Fork] = {}
         self._started = 0
 
     def run(self, count: int) -> None:
         """Run all items, or as many as until the session is to stop."""
-        for _ in range(min(count, len(self._waiting))):
+        for _ in range(min(count, len(self._session.items))):
             self._start()
         while self._forks:
             for connection in wait(list(self._forks)):
@@ -120,24 +122,28 @@ class Forks:
             os.kill(fork.pid, signal.SIGTERM)
             os.waitpid(fork.pid, 0)
 
-    def _next(self) -> int | None:
-        if self._session.shouldfail or self._session.shouldstop or not self._waiting:
+    def _next(self, fork: Fork) -> int | None:
+        if self._session.shouldfail or self._session.shouldstop:
             return None
-        return self._waiting.popleft()
+        while not fork.file and self._files:
+            fork.file = self._files.popleft()
+        if not fork.file:
+            fork.file = max((other.file for other in self._forks.values()), key=len)
+        return fork.file.popleft() if fork.file else None
 
     def _start(self) -> None:
         fork = Fork(self._session, f"process{self._started}")
         self._started += 1
         self._forks[fork.connection] = fork
         for _ in range(2):  # the next one tells which fixtures stay
-            fork.give(self._next())
+            fork.give(self._next(fork))
 
     def _take(self, fork: Fork, message: Any) -> None:
         hook = self._session.config.hook
         if message is None:
             fork.items.popleft()
             if fork.items:
-                fork.give(self._next())
+                fork.give(self._next(fork))
             return
         report = hook.pytest_report_from_serializable(config=self._session.config, data=message)
         hook.pytest_runtest_logreport(report=report)
@@ -152,8 +158,9 @@ class Forks:
         text = f"its process ended with {os.waitstatus_to_exitcode(status)}"
         report = pytest.TestReport(item.nodeid, item.location, {}, "failed", text, "call")
         self._session.config.hook.pytest_runtest_logreport(report=report)
-        self._waiting.extendleft(fork.items)
-        if self._waiting and not self._session.shouldfail:
+        fork.file.extendleft(fork.items)
+        self._files.appendleft(fork.file)
+        if any(self._files) and not self._session.shouldfail:
             self._start()
 
 

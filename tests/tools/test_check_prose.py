@@ -75,6 +75,7 @@ def test_private_docstrings_and_names_are_not_read():
     assert "two words" not in text
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.skipif(shutil.which("npm") is None, reason="npm is not installed")
 def test_a_page_in_the_old_voice_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

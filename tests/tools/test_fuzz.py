@@ -103,6 +103,7 @@ def test_nothing_is_found_in_some_hundred_cases(tmp_path):
     assert not (tmp_path / "found").exists()
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_hunt_goes_on_where_it_ended(tmp_path):
     """With the counts of before; not with another seed."""

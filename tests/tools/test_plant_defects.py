@@ -100,6 +100,7 @@ def test_stored_places(room):
         assert ast.dump(ast.parse(planted)) != ast.dump(ast.parse(source))
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_verdicts(tmp_path, monkeypatch):
     """A defect is caught by a test of the changed code, survives other tests, or ends no test."""

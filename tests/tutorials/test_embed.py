@@ -15,7 +15,11 @@ CODE = PAGE.parent / "code"
 @pytest.mark.process
 @pytest.mark.parametrize(
     ("script", "output"),
-    [("ten_lines", "side: success"), ("patrol_node", "1 round, node.messages > 0=True")],
+    [
+        pytest.param("ten_lines", "side: success", marks=pytest.mark.thorough)(
+            "patrol_node", "1 round, node.messages > 0=True"
+        ),
+    ],
 )
 def test_a_script_runs_as_written(
     live_graph: LiveGraph, monkeypatch: pytest.MonkeyPatch, script: str, output: str

@@ -324,7 +324,10 @@ class EditServer(PageServer):
         if executive.startswith("-"):
             raise RequestError("an invalid name")
         child = self._child(asked, "revise", [*words, executive])
-        await child.wait()
+        try:
+            await child.wait()
+        finally:
+            await child.stop()
         lines = [*child.output.splitlines(), *child.lines]
         return {"is_possible": child.code == 0, "lines": lines}
 
