@@ -108,7 +108,7 @@ def without(sensor, robot):
 def test_what_drives_is_not_accepted_before_the_robot_is_heard_of(make_bench):
     """No scan, no odometry: no goal that asks for them."""
     bench = make_bench()
-    bench.robot.silent = {"scan", "odom", "tf", "camera"}
+    bench.robot.silent = {"scan", "odom", "tf", "camera", "joint_states"}
     bench.steps(2)
     assert accepted_by(bench) == {name for name, served in SERVED.items() if not served.asks}
     assert not bench.moved
