@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.store import Journal, Unpack
 from bt_mission.goals.goal import Event, Goal, Phase
+from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.load import load
 from tests.conftest import ScriptedServer
 from tests.support.play import TICK_NS, Play, message
@@ -27,7 +29,12 @@ class Life:
     """One process of a mission, and the disk that outlives it."""
 
     def __init__(
-        self, text: str, path: Path, world: World, unpack: Unpack = lambda data: data
+        self,
+        text: str,
+        path: Path,
+        world: World,
+        unpack: Unpack = lambda data: data,
+        requirements: Callable[[], Iterable[RequirementResult]] = tuple,
     ) -> None:
         mission = load(text)
         world.lives += 1
@@ -41,7 +48,9 @@ class Life:
             self.play.executive.resume_from(Recovery(state, self.play, unpack))
         else:
             self.journal.begin(mission, "/")
-        JournalRecorder(self.journal, state, self.play.executive, self.play, lambda _: None)
+        JournalRecorder(
+            self.journal, state, self.play.executive, self.play, lambda _: None, requirements
+        )
 
     def tick(self) -> None:
         """One tick; a goal ends when it has run for three."""
@@ -224,6 +233,33 @@ def test_the_time_of_the_pause_does_not_count(begun: Any) -> None:
         again.tick()
         ticks += 1
     assert 5.5 <= ticks / 20 <= 6.6
+
+
+def test_a_verdict_is_written_at_once_and_a_margin_at_the_next_heartbeat(tmp_path: Path) -> None:
+    """A mission that dies in the tick after a violation resumes as violated."""
+    text, path = "mission: m\ntree:\n  wait: 10\n", tmp_path / "j"
+    result = RequirementResult("near", "always clearance > 0.1", "open", 0.4)
+
+    def written() -> RequirementResult:
+        journal = Journal(path, must_exist=True)
+        kept = journal.resume(load(text), "/").requirements["near"]
+        journal.close()
+        return kept
+
+    life = Life(text, path, World("finishes"), requirements=lambda: [result])
+    life.tick()
+    before = result
+    result = replace(before, margin=0.3)
+    life.tick()
+    life.journal.close()
+    assert written() == before
+
+    again = Life(text, path, life.world, requirements=lambda: [result])
+    again.tick()
+    result = replace(result, verdict="violated", margin=-0.1)
+    again.tick()
+    again.die()
+    assert written() == result
 
 
 @pytest.mark.parametrize(
