@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,9 @@ import pytest
 from mcap.writer import Writer
 from py_trees.common import Status
 
+from bt_mission.core.robot.model import load_robot
 from bt_mission.events.events import NodeChanged
-from bt_mission.recording.model import RecordedRun, Span
+from bt_mission.recording.model import RecordedRun, Span, Track
 from bt_mission.recording.reader import read_run, spans_of
 from bt_mission.recording.reading import RecordingError
 
@@ -135,6 +137,12 @@ def test_where_it_was(recorded: tuple[RecordedRun, Any]) -> None:
     ours, theirs = run.measured.at(run.end_ns), run.truth.at(run.end_ns)
     assert ours is not None
     assert ours[:2] == pytest.approx(theirs[:2], abs=0.05)  # type: ignore[index]
+    assert run.track is run.truth
+    empty = np.zeros(0)
+    untrue = replace(run, truth=Track(empty.astype(np.int64), empty, empty, empty, empty, empty))
+    assert untrue.track is run.measured
+    hull = load_robot("waffle").hull
+    assert run.hull == (hull.front, hull.rear, hull.half_width)
     assert len(run.battery) == len(run.truth)
     assert 99 < run.battery.values[-1] < 100
 
