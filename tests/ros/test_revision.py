@@ -25,7 +25,7 @@ tree:
   sequence:
     - turn: {angle: 90}
       name: left
-      timeout: 60
+      timeout: 1000000
     - wait: 1
       name: pause
 """
@@ -57,7 +57,7 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
             seen.extend(feed.take(read(message)))
 
         ros.client.create_subscription(kind, f"/bt_mission/{topic}", take, qos)
-    ros.until(lambda: turn.goals)
+    ros.spin_until(lambda: turn.goals and state.tree)
     done, _, revision = revise(ros, THREE)
     assert done
     assert revision is not None
@@ -75,7 +75,7 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
     late = MissionState()
     message: list[Any] = []
     ros.client.create_subscription(Tree, "/bt_mission/tree", message.append, LATCHED)
-    ros.until(lambda: message)
+    ros.spin_until(lambda: message)
     joined = MissionFeed(late)
     joined.take(reader.tree(message[0]))
     joined.take(reader.statuses(ros.call(GetStatuses, "/bt_mission/statuses")))
