@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import heapq
 import math
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import groupby
 from typing import TypeAlias
 
@@ -68,6 +69,24 @@ class Stroke:
     bends: Floats
     direction: int
 
+    def yaw_at(self, distance: float) -> float:
+        """Return the yaw `distance` metres along the stroke, rad."""
+        travelled, yaws, _ = self._lists
+        index = min(max(1, bisect_right(travelled, distance)), len(travelled) - 1)
+        before, after = travelled[index - 1], travelled[index]
+        share = min(max(0.0, (distance - before) / (after - before)), 1.0)
+        return yaws[index - 1] + share * (yaws[index] - yaws[index - 1])
+
+    def bend_at(self, distance: float) -> float:
+        """Return the curvature at the first point from `distance` metres on, 1/m."""
+        travelled, _, bends = self._lists
+        return bends[min(bisect_left(travelled, distance), len(bends) - 1)]
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[float], list[float]]:
+        """As lists: single numbers of an array take ten times as long to read."""
+        return self.path.travelled.tolist(), self.yaws.tolist(), self.bends.tolist()
+
 
 @dataclass(frozen=True, eq=False)
 class ArcWay:
@@ -111,14 +130,35 @@ class HullDiscs:
         self.radius = math.hypot(half, aside)
         self.places: Spots = np.concatenate((along + 1j * aside, along - 1j * aside))
         """From the base's origin, m: ahead as the real part, left as the imaginary one."""
+        self._each = [(spot.real, spot.imag) for spot in self.places.tolist()]
+        self._middle = 0.5 * (body.front + body.rear)
+        self._reach = float(np.abs(self.places - self._middle).max())
 
     def room(self, poses: Floats, survey: Survey) -> Floats:
         """Return the distance from the hull to the nearest obstacle at `n x 3` poses, m."""
         x, y, yaw = poses.T[:, :, None]
         spots = x + 1j * y + np.exp(1j * yaw) * self.places
-        clearance = survey.clearance_at(np.column_stack((spots.real.ravel(), spots.imag.ravel())))
+        clearance = survey.clearance_at(spots.view(np.float64).reshape(-1, 2))
         rooms: Floats = clearance.reshape(spots.shape).min(axis=1) - self.radius
         return rooms
+
+    def room_at(self, pose: Pose2D, survey: Survey, enough: float) -> float:
+        """Return the distance from the hull to the nearest obstacle at one pose, at most `enough`.
+
+        Metres. Where the middle of the hull is far from everything, its discs are not looked at.
+        """
+        x, y, cosine, sine = pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw)
+        clearance, middle = survey.clearance_of, self._middle
+        needed = enough + self.radius
+        # Interpolation may add a node's distance to each of the two places.
+        far = needed + self._reach + 2 * survey.resolution
+        if clearance(x + cosine * middle, y + sine * middle) >= far:
+            return enough
+        nearest = [
+            clearance(x + cosine * ahead - sine * left, y + sine * ahead + cosine * left)
+            for ahead, left in self._each
+        ]
+        return min(needed, *nearest) - self.radius
 
 
 @dataclass(slots=True)
@@ -177,7 +217,7 @@ class ArcSearch:
         self._open: list[tuple[float, int, _Place | _End]] = []
         if goal_room > 0.0 and start_room > 0.0:
             first = _Place(self._start.x, self._start.y, 0, 0.0, float(start_room), None, -1)
-            self._push(self._guess(first), first)
+            self._push(self._left_at(first.x, first.y), first)
 
     def advance(self, places: int) -> None:
         """Look from at most `places` more places."""
@@ -191,7 +231,8 @@ class ArcSearch:
             if isinstance(place, _End):
                 self._end(place)
                 return
-            key = self._key(place)
+            direction = _MOVES[place.move][1] if place.move >= 0 else 0
+            key = _key(place.x, place.y, place.heading, direction)
             if self._closed.get(key, math.inf) <= place.price:
                 continue
             self._closed[key] = place.price
@@ -199,41 +240,36 @@ class ArcSearch:
             self._look_from(place)
 
     def _look_from(self, place: _Place) -> None:
-        left = self._guess(place) - place.price
+        left = self._left_at(place.x, place.y)
         if place.before is None or self._places % max(_LEAST_SKIPPED, int(left / 0.3)) == 0:
             self._try_curves(place)
-        spots = self._moves[place.heading] + complex(place.x, place.y)
-        rooms = self._rooms(spots)
-        for move, room in enumerate(rooms.tolist()):
-            if room < self._kept and room < place.room - 1e-3:
+        rooms = self._rooms(place)
+        moved_by = self._moved[place.heading]
+        least = min(self._kept, place.room - 1e-3)
+        turned_before, direction_before = _MOVES[place.move] if place.move >= 0 else (0, 0)
+        for move, (bend, direction) in enumerate(_MOVES):
+            room = rooms[move]
+            if room < least or room < 0.0:
                 continue
-            if room < 0.0:
-                continue
-            bend, direction = _MOVES[move]
-            moved = self._moved[place.heading][move]
-            price = place.price + self._price(room) * self._step_m * (
-                1.0 if direction > 0 else _BACK
-            )
-            if place.move >= 0:
-                bend_before, direction_before = _MOVES[place.move]
+            step = self._step_m if direction > 0 else self._step_back_m
+            price = place.price + self._price(room) * step
+            if direction_before:
                 if direction != direction_before:
                     price += _CUSP_M
-                if bend != bend_before:
+                if bend != turned_before:
                     price += _BEND_M
+            x, y = place.x + moved_by[move].real, place.y + moved_by[move].imag
             heading = (place.heading + bend * direction) % _HEADINGS
-            new = _Place(
-                place.x + moved.real, place.y + moved.imag, heading, price, room, place, move
-            )
-            if self._closed.get(self._key(new), math.inf) > price:
-                guess = self._guess(new)
+            if self._closed.get(_key(x, y, heading, direction), math.inf) > price:
+                guess = price + self._left_at(x, y)
                 if guess < _GOOD_ENOUGH * self._cheapest:
-                    self._push(guess, new)
+                    self._push(guess, _Place(x, y, heading, price, room, place, move))
 
     def _try_curves(self, place: _Place) -> None:
         start = self._pose(place)
         for pieces in curves(start, self._goal, self._curvature)[:_TRIED]:
-            if place.price + sum(abs(length) for _, length in pieces) >= self._cheapest:
-                return
+            if place.price + self._curve_price(place, pieces, 1.0) >= self._cheapest:
+                continue  # even in the open
             poses = _driven(start, pieces, self._curvature)[0]
             rooms = self._discs.room(poses, self._survey)
             near_goal = np.hypot(poses[:, 0] - self._goal.x, poses[:, 1] - self._goal.y) < 0.5
@@ -241,13 +277,14 @@ class ArcSearch:
             if (rooms < needed).any() or (rooms < 0.0).any():
                 continue
             self._first_at = min(self._first_at, self._places)
-            price = place.price + self._curve_price(place, pieces, rooms)
+            level = float(self._prices(rooms).mean())
+            price = place.price + self._curve_price(place, pieces, level)
             if price < self._cheapest:
                 self._cheapest = price
                 self._push(_GOOD_ENOUGH * price, _End(place, pieces))
 
-    def _curve_price(self, place: _Place, pieces: Pieces, rooms: Floats) -> float:
-        level = float(np.mean([self._price(room) for room in rooms.tolist()] or [1.0]))
+    def _curve_price(self, place: _Place, pieces: Pieces, level: float) -> float:
+        """Return the price of a curve whose metre ahead costs `level` in the mean."""
         direction = 0 if place.move < 0 else _MOVES[place.move][1]
         price = 0.0
         for _, length in pieces:
@@ -281,15 +318,6 @@ class ArcSearch:
             place = place.before
         self.way = _way(self._start, (*reversed(pieces), *end.pieces), self._curvature)
 
-    def _key(self, place: _Place) -> _Key:
-        direction = 0 if place.move < 0 else _MOVES[place.move][1]
-        return (
-            math.floor(place.x / _CELL_M),
-            math.floor(place.y / _CELL_M),
-            place.heading,
-            direction,
-        )
-
     def _pose(self, place: _Place) -> Pose2D:
         return Pose2D(place.x, place.y, self._start.yaw + place.heading * _TURN_RAD)
 
@@ -297,12 +325,21 @@ class ArcSearch:
         lack = min(1.0, max(0.0, (self._comfort - room) / (self._comfort - self._kept)))
         return 1.0 + _DISLIKE * lack * lack
 
-    def _guess(self, place: _Place) -> float:
-        row, column = self._survey.cell(place.x, place.y)
-        rows, columns = self._left.shape
+    def _prices(self, rooms: Floats) -> Floats:
+        """Return the price of a metre ahead in each room."""
+        lack = np.clip((self._comfort - rooms) / (self._comfort - self._kept), 0.0, 1.0)
+        prices: Floats = 1.0 + _DISLIKE * lack * lack
+        return prices
+
+    def _left_at(self, x: float, y: float) -> float:
+        """Return the guess of the price from a place to the goal."""
+        survey, left = self._survey, self._left
+        row = math.floor((y - survey.origin_y) / survey.resolution)
+        column = math.floor((x - survey.origin_x) / survey.resolution)
+        rows, columns = left.shape
         if not (0 <= row < rows and 0 <= column < columns):
             return math.inf
-        return place.price + float(self._left[row, column])
+        return left.item(row, column)
 
     def _prices_to_goal(self, cost: CostModel, body: Footprint) -> Floats:
         """Return for each cell the price to the goal of a disc as wide as the car; inf for none."""
@@ -319,11 +356,10 @@ class ArcSearch:
     def _make_moves(self) -> None:
         """Compute where the discs of the hull are on each move from each heading."""
         self._step_m = _TURN_RAD / self._curvature
+        self._step_back_m = _BACK * self._step_m
         parts = np.arange(1, _SAMPLES + 1) / _SAMPLES * self._step_m
-        shape = _HEADINGS, len(_MOVES), _SAMPLES * len(self._discs.places)
-        self._moves = np.empty(shape, complex)
-        self._moved = np.empty((_HEADINGS, len(_MOVES)), complex)
-        for index, (bend, direction) in enumerate(_MOVES):
+        spots, ends = [], []
+        for bend, direction in _MOVES:
             turned = bend * direction * parts * self._curvature
             if bend:
                 radius = bend / self._curvature
@@ -331,49 +367,66 @@ class ArcSearch:
             else:
                 along = direction * parts + 0j
             discs = along[:, None] + np.exp(1j * turned)[:, None] * self._discs.places
-            for heading in range(_HEADINGS):
-                facing = np.exp(1j * (self._start.yaw + heading * _TURN_RAD))
-                self._moves[heading, index] = (facing * discs).ravel()
-                self._moved[heading, index] = facing * along[-1]
-
-    def _rooms(self, spots: Spots) -> Floats:
-        """Return the room around the hull on each move, from the nearest nodes of the lattice."""
+            spots.append(discs.ravel())
+            ends.append(along[-1])
+        facing = np.exp(1j * (self._start.yaw + np.arange(_HEADINGS) * _TURN_RAD))
+        moves = facing[:, None, None] * np.array(spots)
+        self._moved: list[list[complex]] = (facing[:, None] * np.array(ends)).tolist()
         survey = self._survey
-        half = 0.5 * survey.resolution
-        rows, columns = survey.clearance.shape
-        column = np.rint((spots.real - survey.origin_x) / half).astype(np.intp)
-        row = np.rint((spots.imag - survey.origin_y) / half).astype(np.intp)
-        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-        known = survey.clearance[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
-        rooms: Floats = np.where(inside, known, 0.0).min(axis=1) - self._discs.radius
+        self._half_m = 0.5 * survey.resolution
+        self._moves: Floats = np.stack((moves.imag, moves.real), axis=1) / self._half_m
+        around = np.pad(survey.clearance, 1)  # beyond the grid is no room
+        self._around, self._columns = around.ravel(), around.shape[1]
+        self._last_node = np.array(around.shape)[:, None, None] - 1.0
+
+    def _rooms(self, place: _Place) -> list[float]:
+        """Return the room around the hull on each move, from the nearest nodes of the lattice."""
+        survey, half_m = self._survey, self._half_m
+        row = (place.y - survey.origin_y) / half_m + 1
+        column = (place.x - survey.origin_x) / half_m + 1
+        places = self._moves[place.heading] + np.array((row, column))[:, None, None]
+        np.rint(places, out=places)
+        np.clip(places, 0.0, self._last_node, out=places)
+        nodes = (places[0] * self._columns + places[1]).astype(np.intp)
+        rooms: list[float] = (self._around[nodes].min(axis=1) - self._discs.radius).tolist()
         return rooms
+
+
+def _key(x: float, y: float, heading: int, direction: int) -> _Key:
+    return math.floor(x / _CELL_M), math.floor(y / _CELL_M), heading, direction
 
 
 _MOVES = ((0, 1), (1, 1), (-1, 1), (0, -1), (1, -1), (-1, -1))
 """Side of the arc, and direction."""
 
 
+@lru_cache(maxsize=256)
+def _shares(count: int) -> Floats:
+    return np.linspace(0.0, 1.0, count + 1)
+
+
 def _driven(start: Pose2D, pieces: Pieces, curvature: float) -> tuple[Floats, Floats, Floats]:
     """Return the poses along pieces, `n x 3`, and at each the curvature and the direction."""
     x, y, yaw = start.x, start.y, start.yaw
-    parts, bends, signs = [], [], []
-    for side, length in pieces:
-        count = max(1, math.ceil(abs(length) / SPACING_M))
-        along = np.linspace(0.0, length, count + 1)
-        bend = side * curvature
-        yaws = yaw + bend * along
-        if side:
-            xs = x + (np.sin(yaws) - math.sin(yaw)) / bend
-            ys = y - (np.cos(yaws) - math.cos(yaw)) / bend
-        else:
-            xs, ys = x + along * math.cos(yaw), y + along * math.sin(yaw)
-        parts.append(np.column_stack((xs, ys, yaws)))
-        bends.append(np.full(count + 1, bend))
-        signs.append(np.full(count + 1, 1.0 if length > 0.0 else -1.0))
-        x, y, yaw = float(xs[-1]), float(ys[-1]), float(yaws[-1])
-    if not parts:
+    if not pieces:
         return np.array([(x, y, yaw)]), np.zeros(1), np.ones(1)
-    return np.concatenate(parts), np.concatenate(bends), np.concatenate(signs)
+    starts, shares = [], []
+    for side, length in pieces:
+        bend, half = side * curvature, side * curvature * length / 2
+        starts.append((x, y, yaw, bend, length))
+        shares.append(_shares(max(1, math.ceil(abs(length) / SPACING_M))))
+        chord = 2.0 * math.sin(half) / bend if side else length
+        x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
+        yaw += 2 * half
+    counts = [len(share) for share in shares]
+    x_0, y_0, yaw_0, bends, lengths = np.repeat(np.array(starts), counts, axis=0).T
+    along = np.concatenate(shares) * lengths
+    half_turns = 0.5 * bends * along
+    chords, middles = along * np.sinc(half_turns / math.pi), yaw_0 + half_turns
+    poses = np.empty((len(along), 3))
+    poses[:, 0], poses[:, 1] = x_0 + chords * np.cos(middles), y_0 + chords * np.sin(middles)
+    poses[:, 2] = yaw_0 + 2 * half_turns
+    return poses, bends, np.sign(lengths)
 
 
 def _way(start: Pose2D, pieces: Pieces, curvature: float) -> ArcWay:
