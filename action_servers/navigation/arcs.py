@@ -15,7 +15,7 @@ from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import groupby
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -267,17 +267,27 @@ class ArcSearch:
 
     def _try_curves(self, place: _Place) -> None:
         start = self._pose(place)
-        for pieces in curves(start, self._goal, self._curvature)[:_TRIED]:
-            if place.price + self._curve_price(place, pieces, 1.0) >= self._cheapest:
-                continue  # even in the open
-            poses = _driven(start, pieces, self._curvature)[0]
-            rooms = self._discs.room(poses, self._survey)
-            near_goal = np.hypot(poses[:, 0] - self._goal.x, poses[:, 1] - self._goal.y) < 0.5
-            needed = np.where(near_goal, self._needed_at_goal, min(self._kept, place.room - 1e-3))
-            if (rooms < needed).any() or (rooms < 0.0).any():
+        tried = [
+            pieces
+            for pieces in curves(start, self._goal, self._curvature)[:_TRIED]
+            # In the open it would cost least.
+            if place.price + self._curve_price(place, pieces, 1.0) < self._cheapest
+        ]
+        if not tried:
+            return
+        parts = [_parts(start, pieces, self._curvature) for pieces in tried]
+        poses, _ = _driven([part for each in parts for part in each])
+        rooms = self._discs.room(poses, self._survey)
+        near_goal = np.hypot(poses[:, 0] - self._goal.x, poses[:, 1] - self._goal.y) < 0.5
+        needed = np.where(near_goal, self._needed_at_goal, min(self._kept, place.room - 1e-3))
+        is_tight, prices = rooms < np.maximum(needed, 0.0), self._prices(rooms)
+        end = 0
+        for pieces, each in zip(tried, parts, strict=True):
+            begin, end = end, end + sum(len(part.shares) for part in each)
+            if is_tight[begin:end].any():
                 continue
             self._first_at = min(self._first_at, self._places)
-            level = float(self._prices(rooms).mean())
+            level = float(prices[begin:end].mean())
             price = place.price + self._curve_price(place, pieces, level)
             if price < self._cheapest:
                 self._cheapest = price
@@ -400,40 +410,55 @@ _MOVES = ((0, 1), (1, 1), (-1, 1), (0, -1), (1, -1), (-1, -1))
 """Side of the arc, and direction."""
 
 
+class _Part(NamedTuple):
+    """A piece of a curve from a pose on, and which shares of its length its points are at."""
+
+    x: float
+    y: float
+    yaw: float
+    bend: float
+    length: float
+    shares: Floats
+
+
+def _parts(start: Pose2D, pieces: Pieces, curvature: float) -> list[_Part]:
+    """Return the pieces of a curve with their beginnings; of none, the start alone."""
+    x, y, yaw = start.x, start.y, start.yaw
+    parts = []
+    for side, length in pieces or ((0, 0.0),):
+        bend, half = side * curvature, side * curvature * length / 2
+        shares = _shares(max(1, math.ceil(abs(length) / SPACING_M)))
+        parts.append(_Part(x, y, yaw, bend, length, shares))
+        chord = 2.0 * math.sin(half) / bend if side else length
+        x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
+        yaw += 2 * half
+    return parts
+
+
 @lru_cache(maxsize=256)
 def _shares(count: int) -> Floats:
     return np.linspace(0.0, 1.0, count + 1)
 
 
-def _driven(start: Pose2D, pieces: Pieces, curvature: float) -> tuple[Floats, Floats, Floats]:
-    """Return the poses along pieces, `n x 3`, and at each the curvature and the direction."""
-    x, y, yaw = start.x, start.y, start.yaw
-    if not pieces:
-        return np.array([(x, y, yaw)]), np.zeros(1), np.ones(1)
-    starts, shares = [], []
-    for side, length in pieces:
-        bend, half = side * curvature, side * curvature * length / 2
-        starts.append((x, y, yaw, bend, length))
-        shares.append(_shares(max(1, math.ceil(abs(length) / SPACING_M))))
-        chord = 2.0 * math.sin(half) / bend if side else length
-        x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
-        yaw += 2 * half
-    counts = [len(share) for share in shares]
-    x_0, y_0, yaw_0, bends, lengths = np.repeat(np.array(starts), counts, axis=0).T
-    along = np.concatenate(shares) * lengths
+def _driven(parts: list[_Part]) -> tuple[Floats, Floats]:
+    """Return the poses along pieces, `n x 3`, and the curvature at each."""
+    counts = [len(part.shares) for part in parts]
+    rows = np.repeat(np.array([part[:5] for part in parts]), counts, axis=0)
+    x, y, yaw, bends, lengths = rows.T
+    along = np.concatenate([part.shares for part in parts]) * lengths
     half_turns = 0.5 * bends * along
-    chords, middles = along * np.sinc(half_turns / math.pi), yaw_0 + half_turns
+    chords, middles = along * np.sinc(half_turns / math.pi), yaw + half_turns
     poses = np.empty((len(along), 3))
-    poses[:, 0], poses[:, 1] = x_0 + chords * np.cos(middles), y_0 + chords * np.sin(middles)
-    poses[:, 2] = yaw_0 + 2 * half_turns
-    return poses, bends, np.sign(lengths)
+    poses[:, 0], poses[:, 1] = x + chords * np.cos(middles), y + chords * np.sin(middles)
+    poses[:, 2] = yaw + 2 * half_turns
+    return poses, bends
 
 
 def _way(start: Pose2D, pieces: Pieces, curvature: float) -> ArcWay:
     strokes = []
     at = start
     for is_ahead, group in groupby(pieces, lambda piece: piece[1] > 0.0):
-        poses, bends, _ = _driven(at, tuple(group), curvature)
+        poses, bends = _driven(_parts(at, tuple(group), curvature))
         new = np.concatenate(([True], np.hypot(*np.diff(poses[:, :2], axis=0).T) > 1e-6))
         poses, bends = poses[new], bends[new]
         at = Pose2D(*poses[-1].tolist())
