@@ -19,7 +19,6 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csgraph
 
 from action_servers.core.footprint import Footprint
 from action_servers.core.grid import Floats, Survey
@@ -183,26 +182,25 @@ class _End:
 class ArcSearch:
     """A search that is done in parts: :meth:`advance` until it `is_over`; then `way` is the result.
 
-    `cost` is that of the planner: its comfort counts here beyond the hull, around which the way
-    keeps `kept` metres, or the room of its ends if that is less.
+    `roads` are those of the planner. The comfort of their cost counts here beyond the hull, around
+    which the way keeps `kept` metres, or the room of its ends if that is less.
     """
 
     def __init__(
         self,
-        survey: Survey,
+        roads: RoadMap,
         body: Footprint,
         sharpest: float,
         ends: tuple[Pose2D, Pose2D],
-        cost: CostModel,
         kept: float = KEPT_M,
     ) -> None:
         self._kept = kept
         self._most = MOST_PLACES if kept <= KEPT_M else MOST_PLACES // 3
         self._start, self._goal = ends
-        self._survey = survey
+        self._survey = survey = roads.survey
         self._discs = HullDiscs(body)
         self._curvature = CURVATURE_SHARE * sharpest
-        self._comfort = kept + cost.comfort - cost.radius
+        self._comfort = kept + roads.cost.comfort - roads.cost.radius
         self.way: ArcWay | None = None
         self.is_over = False
         self._places = 0
@@ -210,7 +208,7 @@ class ArcSearch:
         self._first_at = self._cheapest = math.inf
         self._closed: dict[_Key, float] = {}
         self._make_moves()
-        self._left = self._prices_to_goal(cost, body)
+        self._left = self._prices_to_goal(roads, body)
         poses = np.array([(end.x, end.y, end.yaw) for end in ends])
         start_room, goal_room = self._discs.room(poses, survey)
         self._needed_at_goal = min(self._kept, goal_room - 1e-3)
@@ -351,15 +349,19 @@ class ArcSearch:
             return math.inf
         return left.item(row, column)
 
-    def _prices_to_goal(self, cost: CostModel, body: Footprint) -> Floats:
-        """Return for each cell the price to the goal of a disc as wide as the car; inf for none."""
+    def _prices_to_goal(self, roads: RoadMap, body: Footprint) -> Floats:
+        """Return for each cell the price to the goal of a disc as wide as the car; inf for none.
+
+        The planner's roads serve where they keep as much, within half a cell.
+        """
         radius = body.half_width + self._kept
-        narrow = CostModel(radius, radius + self._comfort - self._kept, cost.margin)
-        roads: RoadMap = road_map(self._survey, narrow)
+        if radius < roads.cost.radius - 0.5 * self._survey.resolution:
+            narrow = CostModel(radius, radius + self._comfort - self._kept, roads.cost.margin)
+            roads = road_map(self._survey, narrow)
         left = np.full(self._survey.shape, np.inf)
         near = roads.free_near((self._goal.x, self._goal.y), 0.3)
         if near:
-            prices = csgraph.dijkstra(roads.edges, indices=near[0]) * PRICE_UNIT_M
+            prices = roads.prices_to(near[0])[0] * PRICE_UNIT_M
             left[roads.node >= 0] = prices[roads.node[roads.node >= 0]]
         return left
 

@@ -179,7 +179,8 @@ class NavigateToPose:
             self._follower = None  # it plans while it stands
             return None
         start, goal = (pose.x, pose.y), (self._goal.x, self._goal.y)
-        path = plan(self.surroundings.roads, start, goal, self._tuning)
+        roads = self.surroundings.roads
+        path = plan(roads, start, goal, self._tuning)
         if isinstance(path, NoPath):
             if self._no_path is None:
                 known = road_map(self.surroundings.mapped, self.surroundings.cost)
@@ -200,7 +201,7 @@ class NavigateToPose:
             x, y = path.points[-1].tolist()
             ends = pose, Pose2D(x, y, self._goal.yaw)
             self._next_searches = [
-                partial(ArcSearch, survey, self._body, self._sharpest, ends, cost, margin)
+                partial(ArcSearch, roads, self._body, self._sharpest, ends, margin)
                 for margin in MARGINS_M
             ]
             self._search = self._next_searches.pop(0)()
