@@ -26,7 +26,7 @@ _STOP_BEFORE_M = 0.05
 _OFF_PATH_M = 0.3
 
 _PLACES_A_STEP = 200
-"""Of a search for arcs in one control step: about 40 ms, while the car stands."""
+"""Of a search for arcs in one control step: about 15 ms, while the car stands."""
 
 
 class NavigateToPose:
