@@ -3,7 +3,8 @@
 Each is on a stage, with servers and executive. Its figure is the processor time of the thread for a
 second of virtual time; robots take turns, so that all have the same noise.
 
-- robots: all patrol the same arena; the rate is the Waffle's cost divided by the robot's.
+- robots: all patrol the same arena; the rate is the Waffle's cost divided by the robot's. Those
+  with two lidars also run with a Waffle's in their place: the rest is what their drive costs.
 - lidars: the first lidar costs as much more as the Waffle does with all of its scans than with a
   quarter of them, scaled to all; the second one as much as the Waffle does more with it. Both have
   360 rays at 10 Hz.
@@ -40,6 +41,7 @@ tree:
 WORLD = "wide_arena"
 WAFFLE = "waffle"
 SPARSE, SECOND = "waffle, 2.5 scans a second", "waffle, two lidars"
+TWO_LIDARS = ("f1tenth", "husky")
 FEWER = 4
 """The Waffle's scans a second to those of the sparse one."""
 
@@ -48,11 +50,28 @@ def models() -> dict[str, Document]:
     """Return the robots by their names in the table."""
     shipped = {name: read(find("robots", name)) for name in names("robots")}
     waffle = find("robots", WAFFLE).read_text(encoding="utf-8")
-    [lidar] = re.findall(r"^lidar:.*?(?=^camera:)", waffle, re.DOTALL | re.MULTILINE)
+    lidar = lidars_in(waffle)
     sparse = waffle.replace(lidar, re.sub(r"rate: 10.0", "rate: 2.5", lidar))
     indented = lidar.replace("\n", "\n  ").replace("lidar:", "lidars:\n  second:").rstrip()
     second = waffle.replace(lidar, f"{lidar}{indented}\n")
-    return {**shipped, SPARSE: read_text(sparse), SECOND: read_text(second)}
+    others = {f"{name}, a Waffle's lidar": with_lidar(name, lidar) for name in TWO_LIDARS}
+    return {**shipped, **others, SPARSE: read_text(sparse), SECOND: read_text(second)}
+
+
+def lidars_in(robot: str) -> str:
+    """Return what the file of a robot says about its lidars."""
+    [lidars] = re.findall(r"^lidar:.*?(?=^camera:)", robot, re.DOTALL | re.MULTILINE)
+    return lidars
+
+
+def with_lidar(name: str, lidar: str) -> Document:
+    """Return a robot with another lidar in the place of its first one, and no second one."""
+    robot = find("robots", name).read_text(encoding="utf-8")
+    own = lidars_in(robot)
+    for axis in "xyz":
+        [place] = re.findall(rf"^  {axis}: .*$", own.partition("\nlidars:")[0], re.MULTILINE)
+        lidar = re.sub(rf"^  {axis}: .*$", place, lidar, flags=re.MULTILINE)
+    return read_text(robot.replace(own, lidar))
 
 
 def run_for(stage: Stage, seconds: float) -> Callable[[], float]:

@@ -82,9 +82,10 @@ class Survey:
         row = np.minimum(np.maximum(along.astype(np.intp), 0), rows - 2)
         right = across - column
         up = along - row
-        field = self.clearance
-        low = field[row, column] * (1 - right) + field[row, column + 1] * right
-        high = field[row + 1, column] * (1 - right) + field[row + 1, column + 1] * right
+        field, node = self.clearance.ravel(), row * columns + column
+        low = field[node] * (1 - right) + field[node + 1] * right
+        node += columns
+        high = field[node] * (1 - right) + field[node + 1] * right
         return np.where(inside, low * (1 - up) + high * up, 0.0)
 
     def clearance_of(self, x: float, y: float) -> float:

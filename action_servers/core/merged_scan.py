@@ -8,13 +8,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from action_servers.core.maneuver import Scan
 from bt_mission.core.robot.model import LidarModel
 
 _RAYS = 720
+
+_Geometry: TypeAlias = tuple[int, float, float, float, float]
+"""The number of rays, the first angle and the step, rad, and the limits of ranges, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Rays:
+    """The rays of all lidars: limits of ranges, directions and origins, m from the first lidar."""
+
+    least: npt.NDArray[np.float32]
+    most: npt.NDArray[np.float32]
+    towards: npt.NDArray[np.complex128]
+    origins: npt.NDArray[np.complex128]
 
 
 class ScanMerger:
@@ -24,6 +40,7 @@ class ScanMerger:
         self._lidars = lidars
         self._scans: Sequence[Scan | None] = ()
         self._merged: Scan | None = None
+        self._geometries: tuple[_Geometry, ...] = ()
         first = lidars[0]
         self._farthest = max(
             lidar.max_range + math.hypot(lidar.x - first.x, lidar.y - first.y) for lidar in lidars
@@ -43,30 +60,48 @@ class ScanMerger:
     def _merge(self, scans: list[Scan]) -> Scan | None:
         if len(scans) < len(self._lidars):
             return None
-        first = self._lidars[0]
-        # NaN: nobody has measured there. Inf: somebody has, and nothing is there.
-        ranges = np.full(_RAYS, np.nan)
+        ranges = np.concatenate([scan.ranges for scan in scans])
+        rays = self._rays_of(tuple(map(_geometry, scans)))
+        with np.errstate(invalid="ignore"):
+            is_hit = (ranges >= rays.least) & (ranges <= rays.most)
+        is_valid = is_hit | np.isinf(ranges)
+        ends = rays.towards * np.fmin(ranges, rays.most) + rays.origins
         step = math.tau / _RAYS
-        hits = []
-        for scan, lidar in zip(scans, self._lidars, strict=True):
-            angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
-            reached = np.where(np.isinf(scan.ranges), scan.range_max, scan.ranges)
-            with np.errstate(invalid="ignore"):
-                valid = (reached >= scan.range_min) & (reached <= scan.range_max)
-            x = lidar.x - first.x + reached[valid] * np.cos(angles[valid])
-            y = lidar.y - first.y + reached[valid] * np.sin(angles[valid])
-            bins = np.rint(np.arctan2(y, x) / step).astype(np.intp) % _RAYS
-            is_hit = np.isfinite(scan.ranges[valid])
-            ranges[bins[~is_hit]] = np.inf
-            hits.append((bins[is_hit], np.hypot(x, y)[is_hit]))
-        for bins, reach in hits:
-            ranges[bins] = np.fmin(ranges[bins], np.inf)
-            np.minimum.at(ranges, bins, reach)
+        # From -360 to 360; the negative ones count from the end of the merged scan.
+        bins = np.rint(np.arctan2(ends.imag, ends.real) / step).astype(np.intp)
+        reach = np.where(is_hit, np.abs(ends), np.inf)
+        if not is_valid.all():
+            bins, reach = bins[is_valid], reach[is_valid]
+        # NaN: nobody has measured there. Inf: somebody has, and nothing is there.
+        merged = np.full(_RAYS, np.nan)
+        merged[bins] = np.inf
+        np.minimum.at(merged, bins, reach)
         return Scan(
             stamp_s=min(scan.stamp_s for scan in scans),
             angle_min=0.0,
             angle_increment=step,
             range_min=min(scan.range_min for scan in scans),
             range_max=self._farthest,
-            ranges=ranges.astype(np.float32),
+            ranges=merged.astype(np.float32),
         )
+
+    def _rays_of(self, geometries: tuple[_Geometry, ...]) -> _Rays:
+        """Return the rays of scans; the same object while no geometry changes."""
+        if geometries != self._geometries:
+            first = self._lidars[0]
+            least, most, towards, origins = [], [], [], []
+            for (count, angle, step, nearest, farthest), lidar in zip(
+                geometries, self._lidars, strict=True
+            ):
+                least.append(np.full(count, nearest, dtype=np.float32))
+                most.append(np.full(count, farthest, dtype=np.float32))
+                towards.append(np.exp(1j * (angle + step * np.arange(count))))
+                origins.append(np.full(count, complex(lidar.x - first.x, lidar.y - first.y)))
+            self._rays = _Rays(*map(np.concatenate, (least, most, towards, origins)))
+            self._geometries = geometries
+        return self._rays
+
+
+def _geometry(scan: Scan) -> _Geometry:
+    count = len(scan.ranges)
+    return count, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max

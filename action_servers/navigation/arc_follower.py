@@ -98,11 +98,10 @@ class ArcFollower:
 
     def _drive(self, pose: Pose2D, survey: Survey, limit: float) -> Twist2D:
         stroke = self._way.strokes[self._index]
-        travelled, direction = stroke.path.travelled, stroke.direction
+        direction = stroke.direction
         x, y = stroke.path.at(self._along)
-        yaw = float(np.interp(self._along, travelled, stroke.yaws))
-        ahead = self._along + self._limits.linear * _STEERING_S
-        bend = float(stroke.bends[np.searchsorted(travelled, min(ahead, stroke.path.length))])
+        yaw = stroke.yaw_at(self._along)
+        bend = stroke.bend_at(self._along + self._limits.linear * _STEERING_S)
         aside = math.cos(yaw) * (pose.y - y) - math.sin(yaw) * (pose.x - x)
         error = wrap(pose.yaw - yaw)
         curvature = bend - aside / _LENGTH_M**2 - direction * 2.0 * error / _LENGTH_M
@@ -115,7 +114,7 @@ class ArcFollower:
         return Twist2D(direction * linear, direction * linear * curvature)
 
     def _share(self, pose: Pose2D, survey: Survey) -> float:
-        room = float(self._discs.room(np.array([(pose.x, pose.y, pose.yaw)]), survey)[0])
+        room = self._discs.room_at(pose, survey, enough=_CLOSE_M)
         return min(1.0, max(_SLOWEST_SHARE, room / _CLOSE_M))
 
 

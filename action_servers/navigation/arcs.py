@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import heapq
 import math
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import groupby
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csgraph
 
 from action_servers.core.footprint import Footprint
 from action_servers.core.grid import Floats, Survey
@@ -68,6 +68,24 @@ class Stroke:
     bends: Floats
     direction: int
 
+    def yaw_at(self, distance: float) -> float:
+        """Return the yaw `distance` metres along the stroke, rad."""
+        travelled, yaws, _ = self._lists
+        index = min(max(1, bisect_right(travelled, distance)), len(travelled) - 1)
+        before, after = travelled[index - 1], travelled[index]
+        share = min(max(0.0, (distance - before) / (after - before)), 1.0)
+        return yaws[index - 1] + share * (yaws[index] - yaws[index - 1])
+
+    def bend_at(self, distance: float) -> float:
+        """Return the curvature at the first point from `distance` metres on, 1/m."""
+        travelled, _, bends = self._lists
+        return bends[min(bisect_left(travelled, distance), len(bends) - 1)]
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[float], list[float]]:
+        """As lists: single numbers of an array take ten times as long to read."""
+        return self.path.travelled.tolist(), self.yaws.tolist(), self.bends.tolist()
+
 
 @dataclass(frozen=True, eq=False)
 class ArcWay:
@@ -111,14 +129,35 @@ class HullDiscs:
         self.radius = math.hypot(half, aside)
         self.places: Spots = np.concatenate((along + 1j * aside, along - 1j * aside))
         """From the base's origin, m: ahead as the real part, left as the imaginary one."""
+        self._each = [(spot.real, spot.imag) for spot in self.places.tolist()]
+        self._middle = 0.5 * (body.front + body.rear)
+        self._reach = float(np.abs(self.places - self._middle).max())
 
     def room(self, poses: Floats, survey: Survey) -> Floats:
         """Return the distance from the hull to the nearest obstacle at `n x 3` poses, m."""
         x, y, yaw = poses.T[:, :, None]
         spots = x + 1j * y + np.exp(1j * yaw) * self.places
-        clearance = survey.clearance_at(np.column_stack((spots.real.ravel(), spots.imag.ravel())))
+        clearance = survey.clearance_at(spots.view(np.float64).reshape(-1, 2))
         rooms: Floats = clearance.reshape(spots.shape).min(axis=1) - self.radius
         return rooms
+
+    def room_at(self, pose: Pose2D, survey: Survey, enough: float) -> float:
+        """Return the distance from the hull to the nearest obstacle at one pose, at most `enough`.
+
+        Metres. Where the middle of the hull is far from everything, its discs are not looked at.
+        """
+        x, y, cosine, sine = pose.x, pose.y, math.cos(pose.yaw), math.sin(pose.yaw)
+        clearance, middle = survey.clearance_of, self._middle
+        needed = enough + self.radius
+        # Interpolation may add a node's distance to each of the two places.
+        far = needed + self._reach + 2 * survey.resolution
+        if clearance(x + cosine * middle, y + sine * middle) >= far:
+            return enough
+        nearest = [
+            clearance(x + cosine * ahead - sine * left, y + sine * ahead + cosine * left)
+            for ahead, left in self._each
+        ]
+        return min(needed, *nearest) - self.radius
 
 
 @dataclass(slots=True)
@@ -143,26 +182,25 @@ class _End:
 class ArcSearch:
     """A search that is done in parts: :meth:`advance` until it `is_over`; then `way` is the result.
 
-    `cost` is that of the planner: its comfort counts here beyond the hull, around which the way
-    keeps `kept` metres, or the room of its ends if that is less.
+    `roads` are those of the planner. The comfort of their cost counts here beyond the hull, around
+    which the way keeps `kept` metres, or the room of its ends if that is less.
     """
 
     def __init__(
         self,
-        survey: Survey,
+        roads: RoadMap,
         body: Footprint,
         sharpest: float,
         ends: tuple[Pose2D, Pose2D],
-        cost: CostModel,
         kept: float = KEPT_M,
     ) -> None:
         self._kept = kept
         self._most = MOST_PLACES if kept <= KEPT_M else MOST_PLACES // 3
         self._start, self._goal = ends
-        self._survey = survey
+        self._survey = survey = roads.survey
         self._discs = HullDiscs(body)
         self._curvature = CURVATURE_SHARE * sharpest
-        self._comfort = kept + cost.comfort - cost.radius
+        self._comfort = kept + roads.cost.comfort - roads.cost.radius
         self.way: ArcWay | None = None
         self.is_over = False
         self._places = 0
@@ -170,14 +208,14 @@ class ArcSearch:
         self._first_at = self._cheapest = math.inf
         self._closed: dict[_Key, float] = {}
         self._make_moves()
-        self._left = self._prices_to_goal(cost, body)
+        self._left = self._prices_to_goal(roads, body)
         poses = np.array([(end.x, end.y, end.yaw) for end in ends])
         start_room, goal_room = self._discs.room(poses, survey)
         self._needed_at_goal = min(self._kept, goal_room - 1e-3)
         self._open: list[tuple[float, int, _Place | _End]] = []
         if goal_room > 0.0 and start_room > 0.0:
             first = _Place(self._start.x, self._start.y, 0, 0.0, float(start_room), None, -1)
-            self._push(self._guess(first), first)
+            self._push(self._left_at(first.x, first.y), first)
 
     def advance(self, places: int) -> None:
         """Look from at most `places` more places."""
@@ -191,7 +229,8 @@ class ArcSearch:
             if isinstance(place, _End):
                 self._end(place)
                 return
-            key = self._key(place)
+            direction = _MOVES[place.move][1] if place.move >= 0 else 0
+            key = _key(place.x, place.y, place.heading, direction)
             if self._closed.get(key, math.inf) <= place.price:
                 continue
             self._closed[key] = place.price
@@ -199,55 +238,61 @@ class ArcSearch:
             self._look_from(place)
 
     def _look_from(self, place: _Place) -> None:
-        left = self._guess(place) - place.price
+        left = self._left_at(place.x, place.y)
         if place.before is None or self._places % max(_LEAST_SKIPPED, int(left / 0.3)) == 0:
             self._try_curves(place)
-        spots = self._moves[place.heading] + complex(place.x, place.y)
-        rooms = self._rooms(spots)
-        for move, room in enumerate(rooms.tolist()):
-            if room < self._kept and room < place.room - 1e-3:
+        rooms = self._rooms(place)
+        moved_by = self._moved[place.heading]
+        least = min(self._kept, place.room - 1e-3)
+        turned_before, direction_before = _MOVES[place.move] if place.move >= 0 else (0, 0)
+        for move, (bend, direction) in enumerate(_MOVES):
+            room = rooms[move]
+            if room < least or room < 0.0:
                 continue
-            if room < 0.0:
-                continue
-            bend, direction = _MOVES[move]
-            moved = self._moved[place.heading][move]
-            price = place.price + self._price(room) * self._step_m * (
-                1.0 if direction > 0 else _BACK
-            )
-            if place.move >= 0:
-                bend_before, direction_before = _MOVES[place.move]
+            step = self._step_m if direction > 0 else self._step_back_m
+            price = place.price + self._price(room) * step
+            if direction_before:
                 if direction != direction_before:
                     price += _CUSP_M
-                if bend != bend_before:
+                if bend != turned_before:
                     price += _BEND_M
+            x, y = place.x + moved_by[move].real, place.y + moved_by[move].imag
             heading = (place.heading + bend * direction) % _HEADINGS
-            new = _Place(
-                place.x + moved.real, place.y + moved.imag, heading, price, room, place, move
-            )
-            if self._closed.get(self._key(new), math.inf) > price:
-                guess = self._guess(new)
+            if self._closed.get(_key(x, y, heading, direction), math.inf) > price:
+                guess = price + self._left_at(x, y)
                 if guess < _GOOD_ENOUGH * self._cheapest:
-                    self._push(guess, new)
+                    self._push(guess, _Place(x, y, heading, price, room, place, move))
 
     def _try_curves(self, place: _Place) -> None:
         start = self._pose(place)
-        for pieces in curves(start, self._goal, self._curvature)[:_TRIED]:
-            if place.price + sum(abs(length) for _, length in pieces) >= self._cheapest:
-                return
-            poses = _driven(start, pieces, self._curvature)[0]
-            rooms = self._discs.room(poses, self._survey)
-            near_goal = np.hypot(poses[:, 0] - self._goal.x, poses[:, 1] - self._goal.y) < 0.5
-            needed = np.where(near_goal, self._needed_at_goal, min(self._kept, place.room - 1e-3))
-            if (rooms < needed).any() or (rooms < 0.0).any():
+        tried = [
+            pieces
+            for pieces in curves(start, self._goal, self._curvature)[:_TRIED]
+            # In the open it would cost least.
+            if place.price + self._curve_price(place, pieces, 1.0) < self._cheapest
+        ]
+        if not tried:
+            return
+        parts = [_parts(start, pieces, self._curvature) for pieces in tried]
+        poses, _ = _driven([part for each in parts for part in each])
+        rooms = self._discs.room(poses, self._survey)
+        near_goal = np.hypot(poses[:, 0] - self._goal.x, poses[:, 1] - self._goal.y) < 0.5
+        needed = np.where(near_goal, self._needed_at_goal, min(self._kept, place.room - 1e-3))
+        is_tight, prices = rooms < np.maximum(needed, 0.0), self._prices(rooms)
+        end = 0
+        for pieces, each in zip(tried, parts, strict=True):
+            begin, end = end, end + sum(len(part.shares) for part in each)
+            if is_tight[begin:end].any():
                 continue
             self._first_at = min(self._first_at, self._places)
-            price = place.price + self._curve_price(place, pieces, rooms)
+            level = float(prices[begin:end].mean())
+            price = place.price + self._curve_price(place, pieces, level)
             if price < self._cheapest:
                 self._cheapest = price
                 self._push(_GOOD_ENOUGH * price, _End(place, pieces))
 
-    def _curve_price(self, place: _Place, pieces: Pieces, rooms: Floats) -> float:
-        level = float(np.mean([self._price(room) for room in rooms.tolist()] or [1.0]))
+    def _curve_price(self, place: _Place, pieces: Pieces, level: float) -> float:
+        """Return the price of a curve whose metre ahead costs `level` in the mean."""
         direction = 0 if place.move < 0 else _MOVES[place.move][1]
         price = 0.0
         for _, length in pieces:
@@ -281,15 +326,6 @@ class ArcSearch:
             place = place.before
         self.way = _way(self._start, (*reversed(pieces), *end.pieces), self._curvature)
 
-    def _key(self, place: _Place) -> _Key:
-        direction = 0 if place.move < 0 else _MOVES[place.move][1]
-        return (
-            math.floor(place.x / _CELL_M),
-            math.floor(place.y / _CELL_M),
-            place.heading,
-            direction,
-        )
-
     def _pose(self, place: _Place) -> Pose2D:
         return Pose2D(place.x, place.y, self._start.yaw + place.heading * _TURN_RAD)
 
@@ -297,33 +333,45 @@ class ArcSearch:
         lack = min(1.0, max(0.0, (self._comfort - room) / (self._comfort - self._kept)))
         return 1.0 + _DISLIKE * lack * lack
 
-    def _guess(self, place: _Place) -> float:
-        row, column = self._survey.cell(place.x, place.y)
-        rows, columns = self._left.shape
+    def _prices(self, rooms: Floats) -> Floats:
+        """Return the price of a metre ahead in each room."""
+        lack = np.clip((self._comfort - rooms) / (self._comfort - self._kept), 0.0, 1.0)
+        prices: Floats = 1.0 + _DISLIKE * lack * lack
+        return prices
+
+    def _left_at(self, x: float, y: float) -> float:
+        """Return the guess of the price from a place to the goal."""
+        survey, left = self._survey, self._left
+        row = math.floor((y - survey.origin_y) / survey.resolution)
+        column = math.floor((x - survey.origin_x) / survey.resolution)
+        rows, columns = left.shape
         if not (0 <= row < rows and 0 <= column < columns):
             return math.inf
-        return place.price + float(self._left[row, column])
+        return left.item(row, column)
 
-    def _prices_to_goal(self, cost: CostModel, body: Footprint) -> Floats:
-        """Return for each cell the price to the goal of a disc as wide as the car; inf for none."""
+    def _prices_to_goal(self, roads: RoadMap, body: Footprint) -> Floats:
+        """Return for each cell the price to the goal of a disc as wide as the car; inf for none.
+
+        The planner's roads serve where they keep as much, within half a cell.
+        """
         radius = body.half_width + self._kept
-        narrow = CostModel(radius, radius + self._comfort - self._kept, cost.margin)
-        roads: RoadMap = road_map(self._survey, narrow)
+        if radius < roads.cost.radius - 0.5 * self._survey.resolution:
+            narrow = CostModel(radius, radius + self._comfort - self._kept, roads.cost.margin)
+            roads = road_map(self._survey, narrow)
         left = np.full(self._survey.shape, np.inf)
         near = roads.free_near((self._goal.x, self._goal.y), 0.3)
         if near:
-            prices = csgraph.dijkstra(roads.edges, indices=near[0]) * PRICE_UNIT_M
+            prices = roads.prices_to(near[0])[0] * PRICE_UNIT_M
             left[roads.node >= 0] = prices[roads.node[roads.node >= 0]]
         return left
 
     def _make_moves(self) -> None:
         """Compute where the discs of the hull are on each move from each heading."""
         self._step_m = _TURN_RAD / self._curvature
+        self._step_back_m = _BACK * self._step_m
         parts = np.arange(1, _SAMPLES + 1) / _SAMPLES * self._step_m
-        shape = _HEADINGS, len(_MOVES), _SAMPLES * len(self._discs.places)
-        self._moves = np.empty(shape, complex)
-        self._moved = np.empty((_HEADINGS, len(_MOVES)), complex)
-        for index, (bend, direction) in enumerate(_MOVES):
+        spots, ends = [], []
+        for bend, direction in _MOVES:
             turned = bend * direction * parts * self._curvature
             if bend:
                 radius = bend / self._curvature
@@ -331,56 +379,88 @@ class ArcSearch:
             else:
                 along = direction * parts + 0j
             discs = along[:, None] + np.exp(1j * turned)[:, None] * self._discs.places
-            for heading in range(_HEADINGS):
-                facing = np.exp(1j * (self._start.yaw + heading * _TURN_RAD))
-                self._moves[heading, index] = (facing * discs).ravel()
-                self._moved[heading, index] = facing * along[-1]
-
-    def _rooms(self, spots: Spots) -> Floats:
-        """Return the room around the hull on each move, from the nearest nodes of the lattice."""
+            spots.append(discs.ravel())
+            ends.append(along[-1])
+        facing = np.exp(1j * (self._start.yaw + np.arange(_HEADINGS) * _TURN_RAD))
+        moves = facing[:, None, None] * np.array(spots)
+        self._moved: list[list[complex]] = (facing[:, None] * np.array(ends)).tolist()
         survey = self._survey
-        half = 0.5 * survey.resolution
-        rows, columns = survey.clearance.shape
-        column = np.rint((spots.real - survey.origin_x) / half).astype(np.intp)
-        row = np.rint((spots.imag - survey.origin_y) / half).astype(np.intp)
-        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-        known = survey.clearance[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)]
-        rooms: Floats = np.where(inside, known, 0.0).min(axis=1) - self._discs.radius
+        self._half_m = 0.5 * survey.resolution
+        self._moves: Floats = np.stack((moves.imag, moves.real), axis=1) / self._half_m
+        around = np.pad(survey.clearance, 1)  # beyond the grid is no room
+        self._around, self._columns = around.ravel(), around.shape[1]
+        self._last_node = np.array(around.shape)[:, None, None] - 1.0
+
+    def _rooms(self, place: _Place) -> list[float]:
+        """Return the room around the hull on each move, from the nearest nodes of the lattice."""
+        survey, half_m = self._survey, self._half_m
+        row = (place.y - survey.origin_y) / half_m + 1
+        column = (place.x - survey.origin_x) / half_m + 1
+        places = self._moves[place.heading] + np.array((row, column))[:, None, None]
+        np.rint(places, out=places)
+        np.clip(places, 0.0, self._last_node, out=places)
+        nodes = (places[0] * self._columns + places[1]).astype(np.intp)
+        rooms: list[float] = (self._around[nodes].min(axis=1) - self._discs.radius).tolist()
         return rooms
+
+
+def _key(x: float, y: float, heading: int, direction: int) -> _Key:
+    return math.floor(x / _CELL_M), math.floor(y / _CELL_M), heading, direction
 
 
 _MOVES = ((0, 1), (1, 1), (-1, 1), (0, -1), (1, -1), (-1, -1))
 """Side of the arc, and direction."""
 
 
-def _driven(start: Pose2D, pieces: Pieces, curvature: float) -> tuple[Floats, Floats, Floats]:
-    """Return the poses along pieces, `n x 3`, and at each the curvature and the direction."""
+class _Part(NamedTuple):
+    """A piece of a curve from a pose on, and which shares of its length its points are at."""
+
+    x: float
+    y: float
+    yaw: float
+    bend: float
+    length: float
+    shares: Floats
+
+
+def _parts(start: Pose2D, pieces: Pieces, curvature: float) -> list[_Part]:
+    """Return the pieces of a curve with their beginnings; of none, the start alone."""
     x, y, yaw = start.x, start.y, start.yaw
-    parts, bends, signs = [], [], []
-    for side, length in pieces:
-        count = max(1, math.ceil(abs(length) / SPACING_M))
-        along = np.linspace(0.0, length, count + 1)
-        bend = side * curvature
-        yaws = yaw + bend * along
-        if side:
-            xs = x + (np.sin(yaws) - math.sin(yaw)) / bend
-            ys = y - (np.cos(yaws) - math.cos(yaw)) / bend
-        else:
-            xs, ys = x + along * math.cos(yaw), y + along * math.sin(yaw)
-        parts.append(np.column_stack((xs, ys, yaws)))
-        bends.append(np.full(count + 1, bend))
-        signs.append(np.full(count + 1, 1.0 if length > 0.0 else -1.0))
-        x, y, yaw = float(xs[-1]), float(ys[-1]), float(yaws[-1])
-    if not parts:
-        return np.array([(x, y, yaw)]), np.zeros(1), np.ones(1)
-    return np.concatenate(parts), np.concatenate(bends), np.concatenate(signs)
+    parts = []
+    for side, length in pieces or ((0, 0.0),):
+        bend, half = side * curvature, side * curvature * length / 2
+        shares = _shares(max(1, math.ceil(abs(length) / SPACING_M)))
+        parts.append(_Part(x, y, yaw, bend, length, shares))
+        chord = 2.0 * math.sin(half) / bend if side else length
+        x, y = x + chord * math.cos(yaw + half), y + chord * math.sin(yaw + half)
+        yaw += 2 * half
+    return parts
+
+
+@lru_cache(maxsize=256)
+def _shares(count: int) -> Floats:
+    return np.linspace(0.0, 1.0, count + 1)
+
+
+def _driven(parts: list[_Part]) -> tuple[Floats, Floats]:
+    """Return the poses along pieces, `n x 3`, and the curvature at each."""
+    counts = [len(part.shares) for part in parts]
+    rows = np.repeat(np.array([part[:5] for part in parts]), counts, axis=0)
+    x, y, yaw, bends, lengths = rows.T
+    along = np.concatenate([part.shares for part in parts]) * lengths
+    half_turns = 0.5 * bends * along
+    chords, middles = along * np.sinc(half_turns / math.pi), yaw + half_turns
+    poses = np.empty((len(along), 3))
+    poses[:, 0], poses[:, 1] = x + chords * np.cos(middles), y + chords * np.sin(middles)
+    poses[:, 2] = yaw + 2 * half_turns
+    return poses, bends
 
 
 def _way(start: Pose2D, pieces: Pieces, curvature: float) -> ArcWay:
     strokes = []
     at = start
     for is_ahead, group in groupby(pieces, lambda piece: piece[1] > 0.0):
-        poses, bends, _ = _driven(at, tuple(group), curvature)
+        poses, bends = _driven(_parts(at, tuple(group), curvature))
         new = np.concatenate(([True], np.hypot(*np.diff(poses[:, :2], axis=0).T) > 1e-6))
         poses, bends = poses[new], bends[new]
         at = Pose2D(*poses[-1].tolist())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -48,6 +48,21 @@ class RoadMap:
     node: npt.NDArray[np.int32]
     centres: Floats
     edges: sparse.csr_array
+    _priced: dict[int, tuple[Floats, npt.NDArray[np.int32]]] = field(
+        default_factory=dict, init=False
+    )
+
+    def prices_to(self, node: int) -> tuple[Floats, npt.NDArray[np.int32]]:
+        """Return the price from each node to one, in units, and each node's next one on that way.
+
+        Those of the last node are kept: a car's search for arcs needs what its plan needed.
+        """
+        if node not in self._priced:
+            self._priced.clear()
+            self._priced[node] = csgraph.dijkstra(
+                self.edges, indices=node, return_predecessors=True
+            )
+        return self._priced[node]
 
     def free_near(self, point: Point, reach: float) -> list[int]:
         """Return the nodes within `reach` metres of a point, nearest first."""
@@ -100,7 +115,7 @@ def plan(
     if isinstance(nearby, NoPath):
         return nearby
     # Searched from the goal, because a robot in a tight place has several cells to begin at.
-    price, towards = csgraph.dijkstra(roads.edges, indices=nearby[0], return_predecessors=True)
+    price, towards = roads.prices_to(nearby[0])
     starts = departures(roads, start, tuning.start_reach)
     if not starts:
         return NoPath(ErrorCode.START_OCCUPIED, f"the robot is stuck at {_room(roads, start)}")

@@ -144,10 +144,11 @@ class PlanarBase:
         self._twist: Twist = (0.0, 0.0, 0.0)
         self._floor = physics.grip
         self._patches = physics.world.slippery
-        self._limited: tuple[float, bool] | None = None
         self._faults = WheelFaults()
+        self._is_blocked = False
         self._powered = True
         self._passive = GEARS * self._weight
+        self._floor_grip = self._grip = GRIP[0]
         self._encoders = Encoders(robot.sensors.odometry.slip, seed, prefix, len(self._rows))
         self.controller = PlanarController(robot, STEP_NS / 1e9)
         self.odometry = PlanarOdometry(robot, self._rows)
@@ -155,11 +156,14 @@ class PlanarBase:
     def set_faults(self, faults: WheelFaults) -> None:
         """Replace the faults of the wheels: of those of a side together."""
         self._faults = faults
+        self._is_blocked = faults.left_blocked or faults.right_blocked
+        self._limit(GRIP[0])
         self.controller.due_ns = 0
 
     def restart(self) -> None:
         """Count the wheels' turns from here on."""
         self._turned[:] = self._twist = (0.0, 0.0, 0.0)
+        self._limit(GRIP[0])
         self._encoders.start(*self._rotations(self._turned))
 
     def new_controller(self, factor: float) -> None:
@@ -170,6 +174,7 @@ class PlanarBase:
         """Give or take the motors' power; without it, gears brake the wheels."""
         self.controller.switch(on=on)
         self._powered = on
+        self._limit(GRIP[0])
 
     def before(self, acting: list[Any], push: Before) -> Before:
         """Return the function to call before each step of the physics, with its beginning, ns.
@@ -184,18 +189,15 @@ class PlanarBase:
         def before(now_ns: int) -> None:
             nonlocal last
             wanted = controller.move(now_ns)
-            faults = self._faults
-            if faults.left_blocked or faults.right_blocked:
+            if self._is_blocked:
                 wanted = self._blocked(wanted)
             x, y, _, qw, qx, qy, qz = qpos.tolist()
             vx, vy, _, _, _, rate = qvel.tolist()
             cos, sin = 1 - 2 * (qy * qy + qz * qz), 2 * (qw * qz + qx * qy)
             twist = cos * vx + sin * vy, cos * vy - sin * vx if slides else 0.0, rate
-            grip = min(faults.left_grip, faults.right_grip)
-            if patches:
-                grip = min(grip, self._floor.at(x, y))
-            self._limit(grip)
-            if grip < PUSH:
+            if patches and (floor := self._floor.at(x, y)) != self._floor_grip:
+                self._limit(floor)
+            if self._grip < PUSH:
                 twist = self._slipping(twist, wanted)
             if wanted is not last:
                 ctrl[:] = last = wanted
@@ -220,11 +222,13 @@ class PlanarBase:
         )
         return ahead, left, turn
 
-    def _limit(self, grip: float) -> None:
-        """Set the forces of the servos: of motors and tyres, or of gears without power."""
-        if (grip, self._powered) == self._limited:
-            return
-        self._limited = (grip, self._powered)
+    def _limit(self, floor: float) -> None:
+        """Set the forces of the servos: of motors and tyres, or of gears without power.
+
+        `floor` is the grip of the floor, which faults of the wheels lower.
+        """
+        self._floor_grip = floor
+        self._grip = grip = min(floor, self._faults.left_grip, self._faults.right_grip)
         tyres = min(grip, GRIP[0]) * self._weight
         along = min(tyres, PUSH * self._weight if self._powered else self._passive)
         slides = self.robot.drive.slide_velocity > 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import mul
 from typing import Annotated, Any
 
 import numpy as np
@@ -110,14 +111,13 @@ class PlanarOdometry:
 
     def __init__(self, robot: RobotModel, rows: npt.NDArray[np.float64]) -> None:
         self._options = robot.sensors.odometry
-        self._motion = np.linalg.pinv(rows)
+        self._motion: list[list[float]] = np.linalg.pinv(rows).tolist()
         if not robot.drive.slide_velocity:
-            self._motion[1] = 0.0
-        sides = [y > 0 for _, y in robot.drive.places]
-        self._is_left = np.array(sides)
+            self._motion[1] = [0.0] * len(rows)
+        self._is_left = [y > 0 for _, y in robot.drive.places]
         self.x = self.y = self.yaw = 0.0
         self.linear = self.lateral = self.angular = 0.0
-        self._angles: npt.NDArray[np.float64] | None = None
+        self._angles: Sequence[float] | None = None
         self.time_ns: int | None = None
         """When it was last read."""
 
@@ -128,19 +128,22 @@ class PlanarOdometry:
         faults: OdometryFaults = NO_ODOMETRY_FAULTS,
     ) -> None:
         """Read the wheels' angles (rad) at `time_ns`; a repeated reading has no effect."""
-        now = np.array(angles)
         if self._angles is None or self.time_ns is None:
-            self._angles, self.time_ns = now, time_ns
+            self._angles, self.time_ns = angles, time_ns
         if time_ns == self.time_ns:
             return
-        turned = (now - self._angles) * (1 + self._options.wheel_radius_error)
+        radius = 1 + self._options.wheel_radius_error
+        turned = [(now - last) * radius for now, last in zip(angles, self._angles, strict=True)]
         elapsed_s = (time_ns - self.time_ns) / 1e9
         separation = 1 + self._options.wheel_separation_error
         if faults is not NO_ODOMETRY_FAULTS:
             left, right = faults.left_radius_error, faults.right_radius_error
-            turned *= np.where(self._is_left, 1 + left, 1 + right)
+            turned = [
+                each * (1 + (left if is_left else right))
+                for each, is_left in zip(turned, self._is_left, strict=True)
+            ]
             separation *= 1 + faults.separation_error
-        ahead, aside, turn = (self._motion @ turned).tolist()
+        ahead, aside, turn = (sum(map(mul, row, turned)) for row in self._motion)
         turn /= separation
         if faults is not NO_ODOMETRY_FAULTS:
             ahead += faults.drift * elapsed_s
@@ -152,7 +155,7 @@ class PlanarOdometry:
         self.yaw = wrapped(self.yaw + turn)
         self.linear, self.lateral = ahead / elapsed_s, aside / elapsed_s
         self.angular = turn / elapsed_s
-        self._angles, self.time_ns = now, time_ns
+        self._angles, self.time_ns = angles, time_ns
 
 
 def wrapped(angle: float) -> float:

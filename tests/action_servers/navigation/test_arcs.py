@@ -24,6 +24,7 @@ from action_servers.navigation.arcs import (
 )
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.path import cost_model
+from action_servers.navigation.planner import road_map
 from action_servers.navigation.reeds_shepp import Pieces, curves
 from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import load_robot
@@ -124,11 +125,10 @@ def test_known_curves(goal: Pose2D, expected: Pieces) -> None:
 def searched(place: Any, start: Pose2D, goal: Pose2D, kept: float = KEPT_M) -> ArcWay | None:
     """The way of the car in a world."""
     search = ArcSearch(
-        survey(place.grid),
+        road_map(survey(place.grid), cost_model(CAR.passing_radius)),
         footprint(CAR),
         SHARPEST,
         (start, goal),
-        cost_model(CAR.passing_radius),
         kept,
     )
     while not search.is_over:
