@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, field_validator, model_validator
 
-from bt_mission.core.robot.parts import Number, Point2, Point3, Positive, RobotPart, Size3
+from bt_mission.core.robot.parts import Extent3, Length, Place, Point2, Point3, RobotPart, Size3
 
 _FLAT = 1e-9
 
@@ -18,7 +18,7 @@ class BoxBody(RobotPart):
     """A box: edges along x, y, z, and centre, m."""
 
     shape: Literal["box"]
-    size: Size3
+    size: Extent3
     centre: Point3
 
     @property
@@ -43,8 +43,8 @@ class CylinderBody(RobotPart):
     """An upright cylinder: radius, height and centre, m. Its hull is a circle."""
 
     shape: Literal["cylinder"]
-    radius: Positive
-    height: Positive
+    radius: Length
+    height: Length
     centre: Point3
 
     @property
@@ -75,8 +75,8 @@ class PolygonBody(RobotPart):
 
     shape: Literal["polygon"]
     outline: Annotated[tuple[Point2, ...], Field(min_length=3, max_length=32)]
-    bottom: Number
-    top: Number
+    bottom: Place
+    top: Place
 
     @field_validator("outline")
     @classmethod

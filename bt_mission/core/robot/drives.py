@@ -14,22 +14,26 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from bt_mission.core.robot.parts import (
-    Number,
+    Length,
+    Mass,
+    Place,
     Point2,
     Point3,
     Positive,
     RobotPart,
     Size3,
+    Speed,
 )
 
-_SINGULAR = 1e-3
+_SINGULAR = 0.1
+"""The least singular value of their matrix; that of three wheels at 120 deg is 1.2."""
 
 
 class Wheels(RobotPart):
     """The wheels of a base: radius and width, m."""
 
-    wheel_radius: Positive
-    wheel_width: Positive
+    wheel_radius: Length
+    wheel_width: Length
 
     @property
     @abstractmethod
@@ -80,11 +84,11 @@ class DifferentialDrive(Wheels):
     """
 
     kind: Literal["differential"]
-    wheel_separation: Positive
-    wheel_y: Positive
-    wheel_mass: Positive = 0.0
+    wheel_separation: Length
+    wheel_y: Length
+    wheel_mass: Mass = 0.0
     wheel_inertia: Size3 = (0.0, 0.0, 0.0)
-    caster_radius: Positive = 0.0
+    caster_radius: Length = 0.0
     casters: Annotated[tuple[Point3, ...], Field(min_length=1)] = ()
 
     @property
@@ -106,9 +110,9 @@ class SkidSteerDrive(Wheels):
     """
 
     kind: Literal["skid_steer"]
-    wheel_separation: Positive
-    wheel_y: Positive
-    wheelbase: Positive
+    wheel_separation: Length
+    wheel_y: Length
+    wheelbase: Length
 
     @property
     def places(self) -> tuple[Point2, ...]:
@@ -129,8 +133,8 @@ class AckermannDrive(Wheels):
     """
 
     kind: Literal["ackermann"]
-    wheel_y: Positive
-    wheelbase: Positive
+    wheel_y: Length
+    wheelbase: Length
     max_steering_angle: Annotated[float, Field(gt=0, lt=1.5, allow_inf_nan=False)]
     max_steering_velocity: Positive
 
@@ -157,8 +161,8 @@ class OmniWheel(RobotPart):
     which rolls freely sideways; 45 or -45 those of a mecanum wheel.
     """
 
-    x: Number
-    y: Number
+    x: Place
+    y: Place
     heading: Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
     roller: Annotated[float, Field(ge=-80, le=80, allow_inf_nan=False)] = 0.0
 
@@ -174,7 +178,7 @@ class OmnidirectionalDrive(Wheels):
     """Three or four wheels with rollers: the base also moves sideways. Velocities in m/s."""
 
     kind: Literal["omnidirectional"]
-    max_lateral_velocity: Positive
+    max_lateral_velocity: Speed
     wheels: Annotated[tuple[OmniWheel, ...], Field(min_length=3, max_length=4)]
 
     @field_validator("wheels")
@@ -186,7 +190,7 @@ class OmnidirectionalDrive(Wheels):
         if np.linalg.svd(rows, compute_uv=False)[-1] < _SINGULAR:
             raise ValueError(
                 "these wheels cannot drive ahead, sideways and turn independently; check their"
-                " places, headings and rollers"
+                " places (m), headings and rollers (deg)"
             )
         return wheels
 

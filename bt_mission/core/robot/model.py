@@ -20,13 +20,16 @@ from bt_mission.core.robot.body import Body, Hull, PolygonBody, convex
 from bt_mission.core.robot.drives import DifferentialDrive, Drive
 from bt_mission.core.robot.joints import ArmModel, GripperModel, JointLimits, ModelFile
 from bt_mission.core.robot.parts import (
+    Distance,
+    Mass,
     NotNegative,
-    Number,
+    Place,
     Point2,
     Point3,
     Positive,
     RobotPart,
     Size3,
+    Speed,
 )
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
@@ -56,9 +59,9 @@ class RatedSensor(RobotPart):
 class MountedSensor(RatedSensor):
     """A sensor at a place (m), with its rate (Hz)."""
 
-    x: Number
-    y: Number
-    z: Number
+    x: Place
+    y: Place
+    z: Place
 
 
 def _check_ranges(nearest: float, farthest: float) -> None:
@@ -75,7 +78,7 @@ class LidarModel(MountedSensor):
     """
 
     min_range: NotNegative
-    max_range: Positive
+    max_range: Distance
     rays: Annotated[int, Field(ge=1, le=10_000)]
     noise_std: NotNegative
     model: LidarName = "LDS-01"
@@ -150,7 +153,7 @@ class DepthCameraModel(MountedSensor):
     height: Annotated[int, Field(ge=16, le=480)]
     hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
     min_range: NotNegative
-    max_range: Positive
+    max_range: Distance
     noise_std: NotNegative = 0.0
 
     @model_validator(mode="after")
@@ -171,7 +174,7 @@ class RangeSensorModel(MountedSensor):
     yaw: Bearing = 0.0
     field_of_view: Annotated[float, Field(gt=0, le=120, allow_inf_nan=False)] = 1.0
     min_range: NotNegative
-    max_range: Positive
+    max_range: Distance
     noise_std: NotNegative = 0.0
 
     @model_validator(mode="after")
@@ -286,7 +289,7 @@ class RobotModel(RobotPart):
     """
 
     name: Annotated[str, Field(min_length=1)]
-    max_linear_velocity: Positive
+    max_linear_velocity: Speed
     max_angular_velocity: Positive
     max_linear_acceleration: Positive
     max_angular_acceleration: Positive
@@ -294,7 +297,7 @@ class RobotModel(RobotPart):
     control_rate: Positive = 20.0
     drive: Drive
     base_height: NotNegative
-    base_mass: Positive
+    base_mass: Mass
     base_inertia: Size3 = (0.0, 0.0, 0.0)
     base_centre_of_mass: Point3 = (0.0, 0.0, 0.0)
     body: Body
@@ -332,6 +335,21 @@ class RobotModel(RobotPart):
                     f"{name}: a cliff sensor {height:g} m above the floor must measure that"
                     f" distance, but measures {sensor.min_range:g} to {sensor.max_range:g} m"
                 )
+        return sensors
+
+    @property
+    def mounted(self) -> dict[tuple[str, ...], MountedSensor]:
+        """The sensors with a place, by their keys in the file."""
+        sensors: dict[tuple[str, ...], MountedSensor] = {}
+        for name, part in self:
+            if isinstance(part, MountedSensor):
+                sensors[(name,)] = part
+            elif isinstance(part, dict):
+                sensors |= {
+                    (name, key): each
+                    for key, each in part.items()
+                    if isinstance(each, MountedSensor)
+                }
         return sensors
 
     @property
@@ -445,6 +463,32 @@ def _wheel_problems(drive: Drive, model: ModelFile) -> Iterator[tuple[str, tuple
         yield "BT-307", ("model", "steering"), text
 
 
+def _inertia_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Yield why no body of this mass and size has this inertia."""
+    low, middle, high = sorted(robot.base_inertia)
+    if high > (low + middle) * (1 + 1e-6):
+        text = f"no body has this inertia: {high:g} is more than {low:g} + {middle:g} kg m^2"
+        yield "BT-307", ("base_inertia",), text
+    bottom, top = robot.body.heights
+    farthest = math.hypot(2 * robot.turning_radius, max(top, 0.0) - min(bottom, 0.0))
+    most = robot.base_mass * farthest**2
+    if high > most:
+        text = (
+            f"expected at most {most:.3g} kg m^2, all of {robot.base_mass:g} kg as far apart as"
+            f" body and wheels allow, got {high:g} kg m^2; check base_inertia and base_mass"
+        )
+        yield "BT-307", ("base_inertia",), text
+
+
+def _place_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Yield which sensors are below the floor."""
+    for key, sensor in robot.mounted.items():
+        height = robot.base_height + sensor.z
+        if height < 0:
+            text = f"the sensor is {-height:g} m below the floor"
+            yield "BT-307", (*key, "z"), text
+
+
 def _form_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
     """Yield code, key and text of keys that exclude or need each other."""
     is_differential = isinstance(robot.drive, DifferentialDrive)
@@ -457,6 +501,9 @@ def _form_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], st
             yield "BT-307", path, f"the file of `model` has this; leave {path[-1]} out"
     if robot.model is not None:
         yield from _wheel_problems(robot.drive, robot.model)
+    else:
+        yield from _inertia_problems(robot)
+    yield from _place_problems(robot)
     for name in ("arm", "gripper"):
         if robot.model is None and getattr(robot, name) is not None:
             yield "BT-307", (name,), f"{name} needs `model`, which has its joints"

@@ -4,13 +4,46 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+
+def _up_to(most: float, unit: str) -> AfterValidator:
+    """Refuse numbers so large that they are in another unit."""
+
+    def check(value: float) -> float:
+        if abs(value) > most:
+            bound = f"at most {most:g}" if value > 0 else f"at least {-most:g}"
+            raise ValueError(f"expected {bound} {unit}, got {value:g}; is it in {unit}?")
+        return value
+
+    return AfterValidator(check)
+
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Point2 = tuple[Number, Number]
-Point3 = tuple[Number, Number, Number]
+Length = Annotated[
+    float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 10}), _up_to(10, "m")
+]
+Place = Annotated[
+    float,
+    Field(allow_inf_nan=False, json_schema_extra={"minimum": -10, "maximum": 10}),
+    _up_to(10, "m"),
+]
+Distance = Annotated[
+    float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 1000}), _up_to(1000, "m")
+]
+Speed = Annotated[
+    float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 50}), _up_to(50, "m/s")
+]
+Mass = Annotated[
+    float,
+    Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 10_000}),
+    _up_to(10_000, "kg"),
+]
+Point2 = tuple[Place, Place]
+Point3 = tuple[Place, Place, Place]
+Extent3 = tuple[Length, Length, Length]
 Size3 = tuple[Positive, Positive, Positive]
 
 

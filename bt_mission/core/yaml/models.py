@@ -78,6 +78,8 @@ def model_diagnostics(
     """Return a pydantic error as diagnostics, in the order of the file, one for each place."""
     merged: dict[tuple[int, int, str], Diagnostic] = {}
     for detail in error.errors(include_url=False)[:MOST_DIAGNOSTICS]:
+        if detail["type"] == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]:
+            continue  # pydantic does not count items that have an error of their own
         each = _diagnostic(document, detail, model, path)
         is_type = each.message.startswith("expected")
         what = (each.line, each.column, "" if is_type else each.message)

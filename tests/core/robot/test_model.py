@@ -117,6 +117,23 @@ def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
             "does not close",
         ),
         ("rays: 360 ", "rays: 360\n  sector: [90, -90]", "lidar", "a smaller to a larger bearing"),
+        ("wheel_radius: 0.033", "wheel_radius: 33", "drive.wheel_radius", "is it in m?"),
+        ("wheel_y: 0.144 ", "wheel_y: 144 ", "drive.wheel_y", "expected at most 10 m, got 144"),
+        ("max_range: 3.5 ", "max_range: 3500 ", "lidar.max_range", "is it in m?"),
+        ("velocity: 0.26 ", "velocity: 260 ", "max_linear_velocity", "is it in m/s?"),
+        ("base_mass: 1.37291", "base_mass: 13729.1", "base_mass", "is it in kg?"),
+        (
+            "base_inertia: [8.700e-3, 8.620e-3, 1.4613e-2]",
+            "base_inertia: [8.700e-3, 8.620e-3, 0.02]",
+            "base_inertia",
+            "0.02 is more than 0.00862 + 0.0087 kg m^2",
+        ),
+        (
+            "base_inertia: [8.700e-3, 8.620e-3, 1.4613e-2]",
+            "base_inertia: [8700, 8620, 14613]",
+            "base_inertia",
+            "check base_inertia and base_mass",
+        ),
     ],
 )
 def test_the_error_of_a_part_names_its_key(tmp_path, old, new, place, message):
@@ -132,6 +149,55 @@ def test_the_error_of_a_part_names_its_key(tmp_path, old, new, place, message):
     expected = document.diagnostic("", keys, "")
     assert message in str(caught.value)
     assert expected.line in {each.line for each in caught.value.diagnostics}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        ("z: 0.138 ", "z: -0.138 ", "lidar.z", "the sensor is 0.138 m below the floor"),
+        (
+            "heading: 0, roller: 45}    # front right",
+            "heading: left}",
+            "drive.wheels.1.heading",
+            "got string 'left'",
+        ),
+        (
+            "x: -0.053, y: 0.1025",
+            "x: -0.053, y: -102.5",
+            "drive.wheels.2.y",
+            "expected at least -10 m",
+        ),
+    ],
+)
+def test_a_wrong_part_has_one_error(tmp_path, old, new, place, message):
+    """The error is at its key, and nothing else is reported."""
+    text = text_of("rosbot")
+    assert old in text
+    path = tmp_path / "odd.yaml"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_robot(path)
+    keys = tuple(int(key) if key.isdigit() else key for key in place.split("."))
+    expected = read(path).diagnostic("", keys, "")
+    (error,) = caught.value.diagnostics
+    assert message in error.message
+    assert (error.line, error.column) == (expected.line, expected.column)
+
+
+def test_three_wheels_with_headings_in_rad_are_refused(tmp_path):
+    """As degrees they are nearly parallel: the base would hardly move sideways."""
+    text = text_of("rosbot")
+    start, end = text.index("    - {x: 0.053"), text.index("base_height")
+    places = (
+        ("0.09055", "0.15684", 2.618),
+        ("-0.1811", "0.0", 4.712),
+        ("0.09055", "-0.15684", 0.524),
+    )
+    wheels = "".join(f"    - {{x: {x}, y: {y}, heading: {h}}}\n" for x, y, h in places)
+    path = tmp_path / "odd.yaml"
+    path.write_text(text[:start] + wheels + text[end:], encoding="utf-8")
+    with pytest.raises(InputError, match=r"headings and rollers \(deg\)"):
+        load_robot(path)
 
 
 def test_a_round_body_has_a_round_hull():
