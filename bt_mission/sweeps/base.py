@@ -97,8 +97,11 @@ def load_base(
     """
     worlds = {str(value) for each in parameters if each.name == "world" for value in each.ends}
     robots = {str(value) for each in parameters if each.name == "robot" for value in each.ends}
+    # A mission for varied robots need not suit the robot that it would have without them.
+    varied = (str(each.ends[0]) for each in parameters if each.name == "robot")
+    robot = next(varied, None) if changes.robot is None else changes.robot
     given = ScenarioChanges(
-        changes.set, None, changes.world, changes.robot, permissions=changes.permissions
+        changes.set, None, changes.world, robot, permissions=changes.permissions
     )
     written = is_scenario(path)
     simulator = changes.simulator

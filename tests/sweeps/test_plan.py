@@ -193,6 +193,20 @@ def test_robots_vary_by_name_and_by_file(tmp_path):
     ]
 
 
+def test_a_mission_need_not_suit_a_robot_that_the_sweep_never_uses(tmp_path):
+    """0.4 m/s is too fast for a Waffle, the robot of missions that name none."""
+    path = tmp_path / "fast.yaml"
+    path.write_text(
+        "mission: fast\nworld: wide_arena\ntree:\n"
+        "  explore_forward: {fwd_velocity: 0.4, stopping_distance: 0.5}\n  timeout: 30\n",
+        encoding="utf-8",
+    )
+    base = load_base(path, BaseChanges(), (parse_parameter("robot=husky,rosbot"),))
+    assert base.mission.robot == "husky"
+    with pytest.raises(InputError, match="fwd_velocity must be from"):
+        load_base(path, BaseChanges(), (parse_parameter("speed=0.1,0.2"),))
+
+
 def test_the_model_of_a_robot_has_its_files_in_the_bundle(tmp_path: Path):
     """They lie beside the robot's file on each worker; another text for one name is refused."""
     (tmp_path / "m.yaml").write_text(MISSION)
