@@ -16,9 +16,8 @@ CODE = PAGE.parent / "code"
 @pytest.mark.parametrize(
     ("script", "output"),
     [
-        pytest.param("ten_lines", "side: success", marks=pytest.mark.thorough)(
-            "patrol_node", "1 round, node.messages > 0=True"
-        ),
+        pytest.param("ten_lines", "side: success", marks=pytest.mark.thorough),
+        ("patrol_node", "1 round, node.messages > 0=True"),
     ],
 )
 def test_a_script_runs_as_written(
