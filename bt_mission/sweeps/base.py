@@ -96,10 +96,9 @@ def load_base(
         InputError: With every error of the file, and for parameters that it lacks.
     """
     worlds = {str(value) for each in parameters if each.name == "world" for value in each.ends}
-    robots = {str(value) for each in parameters if each.name == "robot" for value in each.ends}
+    robots = _robots(path, parameters)
     # A mission for varied robots need not suit the robot that it would have without them.
-    varied = (str(each.ends[0]) for each in parameters if each.name == "robot")
-    robot = next(varied, None) if changes.robot is None else changes.robot
+    robot = next(iter(robots), None) if changes.robot is None else changes.robot
     given = ScenarioChanges(
         changes.set, None, changes.world, robot, permissions=changes.permissions
     )
@@ -155,6 +154,18 @@ def _add(data: dict[str, Any], key: str, more: Mapping[str, Any]) -> None:
 def _as_written(document: Document) -> dict[str, Any]:
     data: dict[str, Any] = deepcopy(document.data)
     return data
+
+
+def _robots(path: Path, parameters: Sequence[Parameter]) -> list[str]:
+    """Return the robots that are varied, in their order.
+
+    Raises:
+        InputError: There is no such robot.
+    """
+    robots = [str(value) for each in parameters if each.name == "robot" for value in each.ends]
+    for name in robots:
+        find("robots", name, near=path)
+    return robots
 
 
 def _mission(path: Path, changes: ScenarioChanges) -> Mission:
