@@ -18,6 +18,8 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
+from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.srv import SetSimulationState
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
@@ -75,7 +77,10 @@ def live(beside):
 
 @pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], every=2))
 def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
-    """/clock runs, parameters are described, and a signal ends it with 0 and no traceback."""
+    """/clock runs, parameters are described, and a signal ends it with 0 and no traceback.
+
+    In a pause it repeats its time, for those that subscribe then.
+    """
     node, executor = beside
     clocks: list[Clock] = []
     node.create_subscription(Clock, "clock", clocks.append, 10)
@@ -89,6 +94,18 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     assert (speed.floating_point_range[0].from_value, speed.read_only) == (0.01, False)
     assert (world.description, world.read_only) == ("Name of the world.", True)
     assert clocks[-1].clock.sec >= 1
+    pause = node.create_client(SetSimulationState, "bt_mission_sim/set_simulation_state")
+    while not pause.service_is_ready():
+        executor.spin_once(timeout_sec=0.1)
+    request = SetSimulationState.Request()
+    request.state.state = SimulationState.STATE_PAUSED
+    executor.spin_until_future_complete(pause.call_async(request))
+    late: list[Clock] = []
+    node.create_subscription(Clock, "clock", late.append, 10)
+    while len(late) < 2:
+        assert live.poll() is None
+        executor.spin_once(timeout_sec=0.1)
+    assert late[-1] == late[-2]
     live.send_signal(number)
     _, output = live.communicate()
     assert live.returncode == 0
