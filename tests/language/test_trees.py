@@ -119,6 +119,13 @@ def test_files_are_counted(tmp_path):
     )
 
 
+def test_entries_are_counted(tmp_path):
+    """Also those of one file."""
+    entries = ", ".join(["lib.yaml"] * (MOST_FILES + 1))
+    path = write(tmp_path, mission=mission(entries, "{wait: 1}"), lib=LIBRARY)
+    assert f"more than {MOST_FILES} included files, which is the limit" in refusal(path)
+
+
 def chained(count: int, depth: int = 1) -> str:
     """A mission whose trees each use the next, within so many nodes."""
     use = "{{invert: " * (depth - 1) + "{{tree: t{0}}}" + "}}" * (depth - 1)
