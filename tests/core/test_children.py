@@ -1,4 +1,4 @@
-"""Commands in other processes: they end when they are told to, with all that they have started."""
+"""Commands in other processes end when told to, and so do the processes that they started."""
 
 from __future__ import annotations
 

@@ -22,24 +22,31 @@ def _up_to(most: float, unit: str) -> AfterValidator:
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+_LONGEST_M, _FARTHEST_M, _FASTEST_M_S, _HEAVIEST_KG = 10, 1000, 50, 10_000
 Length = Annotated[
-    float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 10}), _up_to(10, "m")
+    float,
+    Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": _LONGEST_M}),
+    _up_to(_LONGEST_M, "m"),
 ]
 Place = Annotated[
     float,
-    Field(allow_inf_nan=False, json_schema_extra={"minimum": -10, "maximum": 10}),
-    _up_to(10, "m"),
+    Field(allow_inf_nan=False, json_schema_extra={"minimum": -_LONGEST_M, "maximum": _LONGEST_M}),
+    _up_to(_LONGEST_M, "m"),
 ]
 Distance = Annotated[
-    float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 1000}), _up_to(1000, "m")
+    float,
+    Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": _FARTHEST_M}),
+    _up_to(_FARTHEST_M, "m"),
 ]
 Speed = Annotated[
-    float, Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 50}), _up_to(50, "m/s")
+    float,
+    Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": _FASTEST_M_S}),
+    _up_to(_FASTEST_M_S, "m/s"),
 ]
 Mass = Annotated[
     float,
-    Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": 10_000}),
-    _up_to(10_000, "kg"),
+    Field(gt=0, allow_inf_nan=False, json_schema_extra={"maximum": _HEAVIEST_KG}),
+    _up_to(_HEAVIEST_KG, "kg"),
 ]
 Point2 = tuple[Place, Place]
 Point3 = tuple[Place, Place, Place]
