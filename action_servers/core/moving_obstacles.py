@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.clearance import Points, out_of_frame, pairs, pose_at, ray_towards
+from action_servers.core.clearance import Points, of_nearest_rays, out_of_frame, pairs, pose_at
 from action_servers.core.maneuver import Observation, Scan
 from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import LidarModel
@@ -274,11 +274,7 @@ def _entered(look: _Look, before: _Look, rays: Indices) -> tuple[Complex, Indice
     free = before.free(
         min(1 + math.ceil((look.blur + before.blur) / abs(then.angle_increment)), count // 2)
     )
-    ray, is_round = ray_towards(then, np.angle(seen) - then.angle_min)
-    if is_round:
-        free = free[ray % count]
-    else:
-        free = np.where(ray < count, free[np.minimum(ray, count - 1)], np.float32(0.0))
+    free = of_nearest_rays(then, free, np.angle(seen) - then.angle_min)
     return seen, np.flatnonzero(np.abs(seen) < free - _DEEPER_M)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.clearance import ray_towards
+from action_servers.core.clearance import of_nearest_rays
 from action_servers.core.maneuver import Grid, Scan
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.core.robot.model import LidarModel
@@ -39,6 +39,8 @@ _LARGEST_M = 100.0
 _BEHIND_SURFACE_M = 0.0125
 _THROUGH = 0.25
 _FINEST_RAD = 1e-5
+
+_HIT, _MISS = np.float32(HIT), np.float32(MISS)
 
 _Odds = npt.NDArray[np.float32]
 
@@ -102,9 +104,11 @@ class OccupancyMapper:
             np.floor(rays.ends_y[rays.hit] / self._resolution).astype(np.intp) - rows[0],
             np.floor(rays.ends_x[rays.hit] / self._resolution).astype(np.intp) - columns[0],
         ] = True
-        window -= MISS * (passed & ~struck)
-        window += HIT * struck
-        np.clip(window, LEAST, MOST, out=window)
+        passed &= ~struck
+        window -= _MISS * passed
+        window += _HIT * struck
+        np.maximum(window, LEAST, out=window)
+        np.minimum(window, MOST, out=window)
         return True
 
     def grid(self, stamp_s: float = 0.0) -> Grid:
@@ -185,15 +189,11 @@ class OccupancyMapper:
         y = (np.arange(*rows, dtype=np.float32) + 0.5) * size - lidar.y
         x, y = x.astype(np.float32)[None, :], y.astype(np.float32)[:, None]
         gaps = np.sqrt(x * x + y * y)
-        count = rays.clear.size
         if abs(scan.angle_increment) < _FINEST_RAD:
             return np.zeros(gaps.shape, dtype=np.bool_)
         bearings = np.arctan2(y, x) - np.float32(lidar.yaw + scan.angle_min)
-        ray, whole_turn = ray_towards(scan, bearings)
-        ray = ray % count if whole_turn else np.minimum(ray, count)
-        # A last value, 0, is for all directions that the scan does not cover.
-        clear = np.append(rays.clear, np.float32(0.0))
-        passed: npt.NDArray[np.bool_] = gaps + np.float32(_THROUGH * size) < clear[ray]
+        clear = of_nearest_rays(scan, rays.clear, bearings)
+        passed: npt.NDArray[np.bool_] = gaps + np.float32(_THROUGH * size) < clear
         return passed
 
 
