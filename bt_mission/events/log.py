@@ -138,8 +138,17 @@ def _pose_words(event: dict[str, Any]) -> str:
 
 
 def _fault_words(event: dict[str, Any]) -> str:
-    given = [f"{name} {value}" for name, value in event.get("with", {}).items()]
+    given = [f"{name} {_argument(value)}" for name, value in event.get("with", {}).items()]
     return f"  fault {event['number']} {event['state']}: {' '.join([event['what'], *given])}"
+
+
+def _argument(value: Any) -> str:
+    """Return an argument of a fault as faults are written: sectors are (-20, 20) (160, -160)."""
+    if not isinstance(value, list | tuple):
+        return str(value)
+    if value and isinstance(value[0], list | tuple):
+        return " ".join(map(_argument, value))
+    return f"({', '.join(map(str, value))})"
 
 
 def _requirement_words(event: dict[str, Any]) -> str:
