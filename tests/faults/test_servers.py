@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from bt_mission.faults.errors import ScenarioError
+from tests.support.faulty_runs import outcome
 
 SERVICE = """
 mission: m
@@ -18,13 +19,6 @@ tree:
       name: call
     - wait: 0.5
 """
-
-
-def outcome(run: Any, leaf: str = "turn") -> tuple[float, str]:
-    """When a leaf ended, and how."""
-    run.until(lambda s: s.leaf(leaf).failed or s.leaf(leaf).succeeded)
-    result = run.leaf(leaf)
-    return result.since, result.outcome or result.status
 
 
 # ---- aborted goals -----------------------------------------------------------------------
