@@ -105,11 +105,11 @@ class _Loader:
             scripts = tuple(servers.read(written.servers))
             self._diagnostics += servers.diagnostics
             self._check_cameras(mission, made)
-        if mission is None or self._has_errors:
+        if mission is None or self._has_errors():
             return None, in_order(self._diagnostics)
         start, simulator = written.start, self._simulator(written)
         self._check_start(mission, written, world)
-        if self._has_errors:
+        if self._has_errors():
             return None, in_order(self._diagnostics)
         scenario = Scenario(
             name=written.scenario,
@@ -127,7 +127,6 @@ class _Loader:
         )
         return scenario, in_order(self._diagnostics)
 
-    @property
     def _has_errors(self) -> bool:
         return any(diagnostic.severity == "error" for diagnostic in self._diagnostics)
 

@@ -106,7 +106,7 @@ def test_runs_add_up(server):
 
 
 def place(
-    line: int, runs: int = 0, depth: int = 1, name: str = "turn", tree: str = "", **marks: int
+    line: int, runs: int = 0, depth: int = 1, name: str = "turn", tree: str = "", /, **marks: int
 ) -> CoveragePlace:
     """A node in a line of its own; an outcome is ``outcome_x=1``."""
     counts = {mark.replace("_", " "): count for mark, count in marks.items()}

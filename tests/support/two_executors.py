@@ -72,9 +72,7 @@ class Play(ABC):
         gate.set_result(result)
         self.settle()
 
-    def pipe(
-        self, node: Node, callback: Callable[[Any], Any], **options: Any
-    ) -> Callable[..., None]:
+    def pipe(self, node: Node, callback: Callable[..., Any], **options: Any) -> Callable[..., None]:
         """Have a node listen to itself on a topic; return what publishes numbers there."""
         publisher = node.create_publisher(Int64, "count", 10)
         node.create_subscription(Int64, "count", loose(callback), 10, **options)
