@@ -437,12 +437,7 @@ ROWS = (
         "The goal response arrives after the client has abandoned the goal.",
         _answer_after_halt,
         seconds("after", "From the abandonment to the response.", default=0.0, by_name=True),
-        seconds(
-            "at_most",
-            "The latest time of the response.",
-            default=None,
-            by_name=True,
-        ),
+        seconds("at_most", "The latest time of the response.", default=None, by_name=True),
     ),
     _action(
         "repeat_answers",
@@ -455,10 +450,7 @@ ROWS = (
         replace(AFTER, drawn=steps(0, 0.5, 0.1)),
     ),
     _action(
-        "refuse_cancels",
-        "Cancel requests are rejected.",
-        on(CANCELS, _refuse, "times"),
-        REQUESTS,
+        "refuse_cancels", "Cancel requests are rejected.", on(CANCELS, _refuse, "times"), REQUESTS
     ),
     _action("ignore_cancels", "Cancel requests are lost.", on(CANCELS, lose, "times"), REQUESTS),
     _action(

@@ -23,10 +23,7 @@ def test_feedback_that_does_not_come(stage: Any, turn: Any, make: Any) -> None:
     """Is silence, which a limit ends; feedback of another goal is none. The robot is stopped."""
     run = turn(timeout=5, feedback_timeout=0.5)
     run.at(0.6, make(stage.faults))
-    assert outcome(run) == (
-        1.1,
-        "feedback silent for too long: no feedback for 0.5 s",
-    )
+    assert outcome(run) == (1.1, "feedback silent for too long: no feedback for 0.5 s")
     run.until_done()
     assert [goal.status for goal in run.goals] == ["canceled"]
     assert run.check("whenever time >= 1.6: abs(turn_rate) < 0.01")

@@ -51,10 +51,7 @@ def test_goals_are_ignored(stage: Any, turn: Any) -> None:
     """The server never hears of it, so nothing can tell that it has ended."""
     run = turn(timeout=5)
     run.do(stage.faults.ignore_goals("turn"))
-    assert outcome(run) == (
-        2.05,
-        "no answer to the goal: /turn did not answer the goal within 2 s",
-    )
+    assert outcome(run) == (2.05, "no answer to the goal: /turn did not answer the goal within 2 s")
     run.until_done()
     assert (run.t, run.status) == (5.05, "failure")
     assert run.reason.startswith("orphaned goals: /turn goal ")
@@ -67,10 +64,7 @@ def test_an_answer_that_is_lost_leaves_no_robot_turning(stage: Any, turn: Any) -
     """The goal is cancelled by its id all the same; that the server cancels it says that it is."""
     run = turn(timeout=5, acceptance_timeout=1)
     run.do(stage.faults.drop_answers("turn"))
-    assert outcome(run) == (
-        1.05,
-        "no answer to the goal: /turn did not answer the goal within 1 s",
-    )
+    assert outcome(run) == (1.05, "no answer to the goal: /turn did not answer the goal within 1 s")
     assert run.now.turn_rate == pytest.approx(1.0, abs=0.01)
     run.until_done()
     assert (run.succeeded, run.t) == (True, 2.05)

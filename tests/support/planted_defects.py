@@ -111,9 +111,7 @@ ROWS: dict[str, tuple[tuple[str, str, Plant], ...]] = {
             "repeats once less",
             "ends where it began",
             altered(
-                Repeat,
-                "update",
-                lambda status, self: Status.SUCCESS if self._done == 3 else status,
+                Repeat, "update", lambda status, self: Status.SUCCESS if self._done == 3 else status
             ),
         ),
     ),

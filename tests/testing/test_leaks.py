@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import random
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
+
+from bt_mission.testing.stages import Stages
 
 SCENARIOS = '''
 import pytest
@@ -99,3 +103,32 @@ def test_workers_do_not_hear_each_other(scenarios):
     result = scenarios.runpytest_subprocess("--junitxml=junit.xml", "-n", "2")
     result.assert_outcomes(passed=7, failed=2)
     assert traces(scenarios) == first
+
+
+TURNS = "mission: turns\ntree: {turn: {angle: 9}, timeout: 9}\n"
+
+
+def open_sockets() -> int:
+    """Sockets that this process has; a DDS participant has five."""
+    targets = (link.readlink() for link in Path("/proc/self/fd").iterdir() if link.is_symlink())
+    return sum(str(target).startswith("socket:") for target in targets)
+
+
+def test_closed_stages_hold_no_sockets(tmp_path: Path) -> None:
+    """Without the help of the garbage collector, which may not come by for long."""
+
+    def use_a_stage() -> None:
+        stages = Stages(tmp_path)
+        stages.run(TURNS).until_done()
+        stages.close()
+
+    use_a_stage()  # what the first one makes stays for the process
+    gc.collect()
+    gc.disable()
+    try:
+        before = open_sockets()
+        for _ in range(3):
+            use_a_stage()
+        assert open_sockets() <= before
+    finally:
+        gc.enable()

@@ -133,10 +133,7 @@ class Play(ProgramPlay):
             joints=SimpleNamespace(send=_check_positions),
         )
         self.pilot = Pilot(
-            self.sensors.observe,
-            self._command,
-            Governor(robot),
-            replaces=self.program.chance(0.8),
+            self.sensors.observe, self._command, Governor(robot), replaces=self.program.chance(0.8)
         )
         self.actions = tuple(served(action(name), self.context) for name in declared())
         self.running: list[ManeuverRun] = []
