@@ -39,10 +39,7 @@ ROWS = (
         "The clock is set forward, or back if `by` is below 0. At the end of the fault it jumps "
         "back.",
         _jump,
-        (
-            Parameter("by", "number", unit="s", drawn=steps(-2, 2, 0.5, instead_of_0=0.5)),
-            NODE,
-        ),
+        (Parameter("by", "number", unit="s", drawn=steps(-2, 2, 0.5, instead_of_0=0.5)), NODE),
         "The clock of a node",
         "clock",
         check=lambda given: "" if given["by"] else "expected seconds other than 0",

@@ -18,6 +18,7 @@ from bt_mission.events.events import FaultChanged
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.ros.interface_types import action_type
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
@@ -30,26 +31,6 @@ Begin = Callable[["FaultInstance"], None]
 
 Tap = Callable[["FaultInstance", Passing], Fates]
 """Replaces passing messages while a fault is active."""
-
-
-class PlayedServer(Protocol):
-    """An action server that a test plays."""
-
-    goals: list[Any]
-
-    @property
-    def goal(self) -> Any:
-        """Its newest goal."""
-
-    @property
-    def node(self) -> Node:
-        """Owns its services and topics."""
-
-    def forget(self) -> None:
-        """Know nothing of its goals any more."""
-
-    def offer(self, node: Node, /) -> None:
-        """Offer the action by another node."""
 
 
 class FaultTarget(Protocol):
@@ -65,7 +46,7 @@ class FaultTarget(Protocol):
     faults: list[FaultInstance]
 
     @property
-    def scripted(self) -> Mapping[str, PlayedServer]:
+    def scripted(self) -> Mapping[str, ScriptedServer]:
         """The servers that a test plays, by the full names of their actions."""
 
     def make_node(self, name: str) -> Node:

@@ -160,19 +160,21 @@ def _freeze_feedback(_: FaultInstance, _given: Arguments) -> Tap:
     return freeze
 
 
-def _corrupt(_: FaultInstance, given: Arguments) -> Tap:
-    change = changed_by(given["how"], given["field"])
-    return lambda _, passing: (Delivery(change(passing.message)),)
+def _changing(change: Callable[[Any], Any], part: str = "") -> Tap:
+    """Return what changes messages, or a part of each."""
+
+    def tap(_: FaultInstance, passing: Passing) -> Fates:
+        message = passing.message
+        if not part:
+            return (Delivery(change(message)),)
+        setattr(message, part, change(getattr(message, part)))
+        return (Delivery(message),)
+
+    return tap
 
 
-def _corrupt_feedback(_: FaultInstance, given: Arguments) -> Tap:
-    change = changed_by(given["how"], given["field"])
-
-    def corrupt(_: FaultInstance, passing: Passing) -> Fates:
-        passing.message.feedback = change(passing.message.feedback)
-        return (Delivery(passing.message),)
-
-    return corrupt
+def _corrupt(part: str = "") -> MakeTap:
+    return lambda _, given: _changing(changed_by(given["how"], given["field"]), part)
 
 
 def _forge(_: FaultInstance, given: Arguments) -> Tap:
@@ -194,9 +196,8 @@ def _forge(_: FaultInstance, given: Arguments) -> Tap:
 
 def _set_fields(fault: FaultInstance, given: Arguments) -> Tap:
     change = setting(fault.fault.what, given["fields"])
-    types = dict(fault.run.robot_run.node.get_topic_names_and_types())
-    change(topic_type(types[fault.topic(given["topic"])][0])())  # refuses unknown fields
-    return lambda _, passing: (Delivery(change(passing.message)),)
+    change(_with_type(fault, fault.topic(given["topic"]))())  # refuses unknown fields
+    return _changing(change)
 
 
 def _set_part(part: str) -> MakeTap:
@@ -205,12 +206,7 @@ def _set_part(part: str) -> MakeTap:
     def make(fault: FaultInstance, given: Arguments) -> Tap:
         change = setting(fault.fault.what, given["fields"])
         change(getattr(fault.action_type(given["action"]), part.capitalize())())
-
-        def tap(_: FaultInstance, passing: Passing) -> Fates:
-            change(getattr(passing.message, part))
-            return (Delivery(passing.message),)
-
-        return tap
+        return _changing(change, part)
 
     return make
 
@@ -409,7 +405,7 @@ ROWS = (
     _topic(
         "corrupt",
         "Messages have wrong values.",
-        on(topic, _corrupt),
+        on(topic, _corrupt()),
         HOW,
         FIELD,
         SHARE,
@@ -441,12 +437,7 @@ ROWS = (
         "The goal response arrives after the client has abandoned the goal.",
         _answer_after_halt,
         seconds("after", "From the abandonment to the response.", default=0.0, by_name=True),
-        seconds(
-            "at_most",
-            "The latest time of the response.",
-            default=None,
-            by_name=True,
-        ),
+        seconds("at_most", "The latest time of the response.", default=None, by_name=True),
     ),
     _action(
         "repeat_answers",
@@ -459,10 +450,7 @@ ROWS = (
         replace(AFTER, drawn=steps(0, 0.5, 0.1)),
     ),
     _action(
-        "refuse_cancels",
-        "Cancel requests are rejected.",
-        on(CANCELS, _refuse, "times"),
-        REQUESTS,
+        "refuse_cancels", "Cancel requests are rejected.", on(CANCELS, _refuse, "times"), REQUESTS
     ),
     _action("ignore_cancels", "Cancel requests are lost.", on(CANCELS, lose, "times"), REQUESTS),
     _action(
@@ -483,7 +471,7 @@ ROWS = (
     _action(
         "corrupt_feedback",
         "Feedback has wrong values.",
-        on(FEEDBACK, _corrupt_feedback),
+        on(FEEDBACK, _corrupt("feedback")),
         replace(HOW, default="nan", drawn=any_of("nan", "zeros")),
         FIELD,
         group="messages",

@@ -206,11 +206,7 @@ SERVICE = Parameter(
     "service", "text", names="service", drawn=lambda draws, present: one_of(draws, present.services)
 )
 GOALS = Parameter(
-    "goals",
-    "integer",
-    "After this many the fault ends.",
-    default=None,
-    allowed=FROM_1,
+    "goals", "integer", "After this many the fault ends.", default=None, allowed=FROM_1
 )
 SHARE = Parameter(
     "share",

@@ -43,14 +43,6 @@ class FaultProblem:
     hint: str | None = None
 
 
-class _Watched:
-    """A fault that begins once a control step is over."""
-
-    def __init__(self, number: int, is_due: Callable[[int], bool]) -> None:
-        self.number = number
-        self.is_due = is_due
-
-
 class FaultPlan:
     """Has faults begin in a run that has not started yet.
 
@@ -71,7 +63,8 @@ class FaultPlan:
         self._signals: StageSignals | None = None
         self._conditions: dict[int, ConditionMonitor] = {}
         self._true: set[int] = set()
-        self._watched: list[_Watched] = []
+        self._watched: dict[int, Callable[[int], bool]] = {}
+        """Of faults that begin once a control step is over: tells whether they are due."""
         self._cycles = self._run.executive.cycles
         for number, fault in enumerate(planned):
             self._plan(number, fault)
@@ -169,14 +162,14 @@ class FaultPlan:
                 self._stage.clock.call_at(at_ns, lambda: self._begin(number))
             case AfterStep(time_s=time_s):
                 after_ns = self._stage.start_ns + round(time_s * NS)
-                self._watched.append(_Watched(number, lambda now_ns: now_ns >= after_ns))
+                self._watched[number] = lambda now_ns: now_ns >= after_ns
             case WhenTrue(condition=condition, held_s=held_s):
                 if self._signals is None:
                     self._signals = StageSignals(self._run.runner, self._run.robot)
                 self._conditions[number] = ConditionMonitor(
                     condition, self._signals, round(held_s * NS)
                 )
-                self._watched.append(_Watched(number, lambda _: number in self._true))
+                self._watched[number] = lambda _: number in self._true
 
     def _look(self) -> None:
         """Evaluate the conditions at a control step."""
@@ -193,10 +186,10 @@ class FaultPlan:
         if self._run.executive.cycles == self._cycles:
             return
         self._cycles = self._run.executive.cycles
-        for watched in tuple(self._watched):
-            if watched.is_due(self._stage.now_ns):
-                self._watched.remove(watched)
-                self._begin(watched.number)
+        for number, is_due in tuple(self._watched.items()):
+            if is_due(self._stage.now_ns):
+                del self._watched[number]
+                self._begin(number)
 
     def _begin(self, number: int) -> None:
         if self._run.executive.is_done:

@@ -16,14 +16,7 @@ from bt_mission.faults.drawable import Drawable
 from bt_mission.faults.effects import mistakes_of_test
 from bt_mission.faults.fault import FaultInstance
 from bt_mission.faults.kind import Arguments, Effect, FaultKind
-from bt_mission.faults.parameters import (
-    ABOVE_0,
-    Parameter,
-    Range,
-    any_of,
-    seconds,
-    steps,
-)
+from bt_mission.faults.parameters import ABOVE_0, Parameter, Range, any_of, seconds, steps
 from bt_mission.faults.world import OBSTACLES, OF_A_BOX
 from sim.faults import PartFaults, WheelFaults
 from sim.sensors.camera import CameraFaults
@@ -223,11 +216,7 @@ ROWS = (
             "turn", OdometryFaults, "turn_drift", default=0.0, by_name=True, drawn=steps(-20, 20, 5)
         ),
     ),
-    _part(
-        "odometry_dead",
-        "Neither odometry nor its transforms are published.",
-        {"dead": True},
-    ),
+    _part("odometry_dead", "Neither odometry nor its transforms are published.", {"dead": True}),
     _part("imu_dead", "No IMU messages are published.", {"dead": True}),
     _part("joints_dead", "No joint states are published; odometry continues.", {"dead": True}),
     _part(

@@ -290,10 +290,7 @@ ROWS = (
         "A leaf returns this status, and its `update` is not called. Fields are attributes of a "
         "leaf in Python, such as its outputs.",
         _return_status,
-        (
-            LEAF,
-            Parameter("status", "text", choices=("success", "failure", "running")),
-        ),
+        (LEAF, Parameter("status", "text", choices=("success", "failure", "running"))),
         "Code",
         "scripts",
         takes_fields=True,

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from bt_mission.executive.executive import Executive
 from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.fault import FaultInstance, PlayedServer
+from bt_mission.faults.fault import FaultInstance
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
@@ -43,7 +43,7 @@ class StageTarget:
             run.executive.interrupt(f"a fault could not be injected: {error}")
 
 
-def scripted_on(stage: Stage) -> Mapping[str, PlayedServer]:
+def scripted_on(stage: Stage) -> Mapping[str, ScriptedServer]:
     """Return the servers that a scenario scripts, by the full names of their actions."""
     servers = {}
     for node in stage.clock.get_nodes():

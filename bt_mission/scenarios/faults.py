@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, describe
@@ -34,8 +33,30 @@ class FaultReader:
                 "BT-703", path, f"expected a mapping such as {example}, got {describe(written)}"
             )
             return
-        name = "spawn_cylinder" if "radius" in written else "spawn_box"
-        self._add(path, name, lambda reader: self._by_name(reader, written, path))
+        document = self._document
+
+        def locate(code: str, message: str, hint: str | None, part: str, _: int) -> Diagnostic:
+            for key, value in written.items():
+                if part and value == part:
+                    return document.diagnostic(code, (*path, key), message, hint)
+            return document.diagnostic(code, path, message, hint)
+
+        reader = ArgumentReader("spawn_cylinder" if "radius" in written else "spawn_box")
+        wrong = []
+        for name, value in written.items():
+            try:
+                reader.by_name(name, Given(value), 1)
+            except ExpressionError as error:
+                place, is_key = (*path, name), not reader.takes(name)
+                wrong.append(
+                    document.diagnostic(error.code, place, error.message, error.hint, key=is_key)
+                )
+        if not wrong:
+            try:
+                self.faults.append(WrittenFault(reader.planned(AtTime(0.0)), locate))
+            except ExpressionError as error:
+                wrong.append(document.diagnostic(error.code, path, error.message, error.hint))
+        self.wrong += wrong
 
     def fault(self, written: Any, path: Path) -> None:
         """Take a fault."""
@@ -48,8 +69,6 @@ class FaultReader:
             self._note(
                 "BT-701", path, f"expected a fault such as '{EXAMPLE}', got {describe(written)}"
             )
-
-    # ---- text ----------------------------------------------------------------------------
 
     def _text(self, text: str, path: Path, key: str = "") -> None:
         """Take a text, which is a key and its value where it has no quotes."""
@@ -73,42 +92,6 @@ class FaultReader:
         except ExpressionError as error:
             self.wrong.append(at(error.code, error.column - 1, error.message, error.hint))
 
-    # ---- obstacles -----------------------------------------------------------------------
-
-    def _by_name(self, reader: ArgumentReader, given: Mapping[str, Any], path: Path) -> None:
-        for name, value in given.items():
-            self._located(
-                (*path, name),
-                partial(reader.by_name, name, Given(value), 1),
-                key=not reader.takes(name),
-            )
-
-    def _add(self, path: Path, name: str, take: Callable[[ArgumentReader], None]) -> None:
-        document = self._document
-
-        def locate(code: str, message: str, hint: str | None, part: str, _: int) -> Diagnostic:
-            for key, value in _parts(document, path):
-                if part and value == part:
-                    return document.diagnostic(code, (*path, *key), message, hint)
-            return document.diagnostic(code, path, message, hint)
-
-        count = len(self.wrong)
-        try:
-            reader = ArgumentReader(name)
-            take(reader)
-            if len(self.wrong) == count:
-                self.faults.append(WrittenFault(reader.planned(AtTime(0.0)), locate))
-        except ExpressionError as error:
-            self.wrong.append(document.diagnostic(error.code, path, error.message, error.hint))
-
-    def _located(self, path: Path, take: Callable[[], None], *, key: bool = False) -> None:
-        try:
-            take()
-        except ExpressionError as error:
-            self.wrong.append(
-                self._document.diagnostic(error.code, path, error.message, error.hint, key=key)
-            )
-
     def _note(self, code: str, path: Path, message: str) -> None:
         self.wrong.append(self._document.diagnostic(code, path, message))
 
@@ -119,11 +102,3 @@ def _beginning_of(written: Mapping[str, Any]) -> str:
         if isinstance(value, str) and " " in key and key.split(" ")[0] in BEGINNINGS:
             return key
     return ""
-
-
-def _parts(document: Document, path: Path) -> list[tuple[Path, Any]]:
-    """Return the values in the mapping of an obstacle, each with the path to it."""
-    data: Any = document.data
-    for key in path:
-        data = data[key]
-    return [((key,), value) for key, value in data.items()]

@@ -105,13 +105,11 @@ class _Loader:
             scripts = tuple(servers.read(written.servers))
             self._diagnostics += servers.diagnostics
             self._check_cameras(mission, made)
-        if mission is None or any(
-            diagnostic.severity == "error" for diagnostic in self._diagnostics
-        ):
+        if mission is None or self._has_errors():
             return None, in_order(self._diagnostics)
         start, simulator = written.start, self._simulator(written)
         self._check_start(mission, written, world)
-        if any(diagnostic.severity == "error" for diagnostic in self._diagnostics):
+        if self._has_errors():
             return None, in_order(self._diagnostics)
         scenario = Scenario(
             name=written.scenario,
@@ -128,6 +126,9 @@ class _Loader:
             document=document,
         )
         return scenario, in_order(self._diagnostics)
+
+    def _has_errors(self) -> bool:
+        return any(diagnostic.severity == "error" for diagnostic in self._diagnostics)
 
     # ---- the mission and its place -------------------------------------------------------
 
@@ -188,17 +189,12 @@ class _Loader:
         return replace(mission, requirements=(*mission.requirements, *added))
 
     def _check_cameras(self, mission: Mission, made: FaultReader) -> None:
-        cameras = [
-            made_fault
-            for made_fault in made.faults
-            if made_fault.planned.name.startswith("camera_")
-        ]
+        cameras = [fault for fault in made.faults if fault.planned.name.startswith("camera_")]
         if cameras and not has_camera(mission):
             for fault in cameras:
-                message = f"{fault.planned.name}: the robot '{mission.robot}' has no camera"
-                self._diagnostics.append(
-                    fault.locate("BT-508", message, None, fault.planned.name, 0)
-                )
+                name = fault.planned.name
+                message = f"{name}: the robot '{mission.robot}' has no camera"
+                self._diagnostics.append(fault.locate("BT-508", message, None, name, 0))
 
     def _check_names(self, mission: Mission, written: ScenarioFile, made: FaultReader) -> None:
         names = MissionNames(mission)

@@ -43,10 +43,7 @@ def run_scenario(
         scenario = load_scenario(scenario, ScenarioChanges(seed=seed))
     elif seed is not None:
         scenario = replace(scenario, mission=replace(scenario.mission, seed=seed))
-    with (
-        _on_stage(scenario) as stage,
-        planned_on(stage, scenario.faults) as with_outcomes,
-    ):
+    with _on_stage(scenario) as stage, planned_on(stage, scenario.faults) as with_outcomes:
         record = None
         if with_coverage:
             record = CoverageRecord.attach(scenario.mission, stage.executive)

@@ -14,11 +14,11 @@ from bt_mission.core.text import escape_control, seconds
 from bt_mission.executive.report import Report, report_on
 from bt_mission.faults import FaultInstance
 from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.fault import PlayedServer
 from bt_mission.faults.targets import find_node
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
 from bt_mission.scenarios.scenario import TIME_IS_UP
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
@@ -60,7 +60,7 @@ class Run(Assertions):
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
-        self.scripted: Mapping[str, PlayedServer] = {}
+        self.scripted: Mapping[str, ScriptedServer] = {}
         self.make_node: Callable[[str], Node] = self.stage.make_node
         self.recording: FailureRecording | None = None
         """Where the run is recorded."""

@@ -105,8 +105,8 @@ class Stages:
                 the mission's.
             inputs: Values of the mission's inputs.
             observe: How long the run continues after the mission's end, s; instead of the
-            mission's. nature: A profile, or a mapping with numbers (`docs/reference/nature.md`);
-            instead of
+                mission's.
+            nature: A profile, or a mapping with numbers (`docs/reference/nature.md`); instead of
                 the mission's or the world's.
             options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
 
@@ -285,7 +285,9 @@ class Stages:
 def scenario_options(scenario: Scenario) -> dict[str, Any]:
     """Return what a scenario says of its stage."""
     options = scenario.stage_options
-    return {name: getattr(options, name) for name in ("world", "start", "nature", "nodes")}
+    return {
+        name: getattr(options, name) for name in ("world", "simulator", "start", "nature", "nodes")
+    }
 
 
 def _nature(written: str | Mapping[str, float] | Nature) -> Nature:

@@ -1,13 +1,15 @@
-"""What runs have reached: of a mission as a bitmap, of files as counts; there is no ROS."""
+"""What runs have reached: as a bitmap, as counts of files, in reports; there is no ROS."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageRecord, CoverageTally, CoveredFile, Score
+from bt_mission.coverage.report import as_html, as_text, in_ranges
 from bt_mission.sessions.load import load
 from tests.support.play import Play
 from tests.support.project import MISSIONS
@@ -103,10 +105,13 @@ def test_runs_add_up(server):
 # ---- files of several missions, tests and processes -----------------------------------------
 
 
-def place(line: int, runs: int = 0, **marks: int) -> CoveragePlace:
+def place(
+    line: int, runs: int = 0, depth: int = 1, name: str = "turn", tree: str = "", /, **marks: int
+) -> CoveragePlace:
     """A node in a line of its own; an outcome is ``outcome_x=1``."""
-    counts = {name.replace("_", " "): count for name, count in marks.items()}
-    return CoveragePlace("", "0.1", "turn", "action", line, 5, {"reached": runs, **counts})
+    counts = {mark.replace("_", " "): count for mark, count in marks.items()}
+    path = ".".join("0" * (depth + 1))
+    return CoveragePlace(tree, path, name, "action", line, 5, {"reached": runs, **counts})
 
 
 def covered(*places: CoveragePlace, label: str = "a.yaml", mission: str = "a") -> CoveredFile:
@@ -195,3 +200,87 @@ def test_the_report_for_programs():
         },
     }
     assert score["percent"] == 66.67
+
+
+# ---- reports for people ---------------------------------------------------------------------
+
+MANY = {f"outcome {end}": 0 for end in ("aborted", "rejected", "server lost", "no answer", "lost")}
+
+
+@pytest.fixture
+def tally() -> CoverageTally:
+    """One file with a named tree."""
+    file = covered(
+        place(3, 1, 0, "look", "look", outcome_succeeded=1, **MANY),
+        place(5, 1, 0, "tour", outcome_success=1, outcome_failure=0),
+        place(6, 1, 1, "here", outcome_success=1),
+        place(7, 1, 1, "either", **{"branch 1 a": 1, "branch 2 b": 0}),
+        place(8, 1, 2, "a"),
+        place(9, 0, 2, "b"),
+        place(10, 0, 3, "<below>"),
+    )
+    file = replace(file, source=tuple(f"- line {number} <&>" for number in range(1, 12)))
+    made = CoverageTally()
+    made.add("a", file)
+    return made
+
+
+def lines_of(tally: CoverageTally, *, brief: bool = False) -> tuple[list[str], list[str]]:
+    """The lines of the table, and those of the trees."""
+    lines = list(as_text(tally, brief=brief))
+    end = lines.index("") if "" in lines else len(lines)
+    return lines[:end], lines[end:]
+
+
+def test_the_table_has_a_line_for_each_file(tally):
+    """And one for all where there are several."""
+    tally.add("b", covered(place(1, 1, 0, "b"), label="much_longer.yaml"))
+    assert lines_of(tally)[0] == [
+        "missions          nodes  reached  outcomes  seen  branches  taken  cover  missing",
+        "a.yaml                7        5         9     3         2      1    50%  9-10",
+        "much_longer.yaml      1        1         0     0         0      0   100%",
+        "in all                8        6         9     3         2      1    52%",
+    ]
+
+
+def test_the_tree_shows_what_was_not_reached_and_the_way_there(tally):
+    """What lies below a node that was never reached is not told again."""
+    assert lines_of(tally)[1] == [
+        "",
+        "a.yaml",
+        "        tree look:",
+        "     3  look      never: aborted, rejected, server lost, no answer, lost",
+        "        the mission:",
+        "     5  tour      never: failure",
+        "     7    either  never: 2 b",
+        "     9      b     never reached",
+    ]
+
+
+def test_a_long_list_is_told_by_what_was_seen(tally):
+    """On the terminal."""
+    assert "     3  look      only: succeeded (of 6 outcomes)" in lines_of(tally, brief=True)[1]
+
+
+def test_a_file_that_is_reached_in_full_shows_no_tree():
+    """There is nothing to say."""
+    tally = CoverageTally()
+    tally.add("b", covered(place(1, 1, 0, "b"), label="b.yaml"))
+    assert lines_of(tally)[1] == []
+
+
+def test_lines_between_which_no_node_stands_are_one_range(tally):
+    """A comment does not part them, a node that was reached does."""
+    (covered,) = tally.in_order()
+    assert in_ranges([5, 6, 9, 10], covered) == "5-6, 9-10"
+    assert in_ranges([10], covered) == "10"
+
+
+def test_the_page_shows_the_lines_with_what_is_missing(tally):
+    """Escaped, each with its colour."""
+    text = as_html(tally)
+    assert '<span class="all"><i>6</i>- line 6 &lt;&amp;&gt;</span>' in text
+    assert '<span class="part"><i>7</i>- line 7 &lt;&amp;&gt;<b>never: 2 b</b></span>' in text
+    assert '<span class="none"><i>10</i>- line 10 &lt;&amp;&gt;<b>never reached</b></span>' in text
+    assert '<span class="text"><i>4</i>' in text
+    assert "<h1>Coverage of missions: 50%</h1>" in text

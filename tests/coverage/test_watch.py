@@ -36,8 +36,8 @@ class Seen:
 def watch(server) -> Callable[..., Seen]:
     """``watch(yaml_of_the_tree)``."""
 
-    def start(tree: str, head: str = "", z: str = "[]") -> Seen:
-        text = f"mission: m\ninputs: {{x: 1, z: {z}}}\n{head}\ntree:\n{tree}"
+    def start(tree: str, head: str = "") -> Seen:
+        text = f"mission: m\ninputs: {{x: 1, z: []}}\n{head}\ntree:\n{tree}"
         return Seen(Play(text, type(server)), text)
 
     return start
@@ -48,74 +48,53 @@ def test_nodes_are_reached_when_a_tick_is_at_them(watch):
     seen = watch("  sequence: [log: a, check: x > 1, wait: 1]")
     seen.play.tick()
     assert seen.reached == ["m", "log", "check x > 1"]
-    assert seen.of("check x > 1") == {"false"}
-    assert seen.of("m") == {"failure"}
 
 
-def test_what_ends_alike_twice_is_seen_both_times(watch):
-    """Also where the status of the node is the same as before: here within one tick each."""
-    seen = watch(
-        "  sequence:\n"
-        "    - set: {n: 0}\n"
-        "    - repeat: {count: 2}\n"
-        "      do:\n"
-        "        sequence:\n"
-        "          - when: n > 0\n"
-        "            do: {log: a}\n"
-        "            name: fork\n"
-        "          - set: {n: n + 1}\n"
-    )
-    seen.play.tick(3)
-    assert seen.play.status == "success"
-    assert seen.of("fork") == {"true", "false", "success"}
+GUARDED = """\
+  sequence:
+    - set: {n: 0}
+    - parallel:
+        - guard: n < 1
+          do: {DO}
+          name: guarded
+        - sequence: [wait: 0.1, set: {n: 1}]
+"""
+TWICE = """\
+  sequence:
+    - set: {n: 0}
+    - repeat: {count: 2}
+      do:
+        sequence:
+          - when: n > 0
+            do: {log: a}
+            name: fork
+          - set: {n: n + 1}
+"""
 
 
-def test_each_way_is_seen(watch):
-    """Of a fallback, up to the child that succeeds; of a condition with else."""
-    seen = watch(
-        "  sequence:\n"
-        "    - fallback: [check: x > 1, log: a, log: b]\n"
-        "      name: first\n"
-        "    - when: x > 1\n"
-        "      do: {log: c}\n"
-        "      else: {log: d}\n"
-        "      name: second\n"
-    )
-    seen.play.tick()
-    assert seen.of("first") == {"1 check x > 1", "2 log", "success"}
-    assert seen.of("second") == {"false", "success"}
-
-
-def test_a_guard_that_stops_is_told_from_one_whose_child_fails(watch):
-    """Both fail."""
-    tree = "  sequence:\n    - set: {n: 0}\n    - parallel:\n        - guard: n < 1\n"
-    stops = watch(
-        f"{tree}          do: {{wait: 5}}\n          name: guarded\n"
-        "        - sequence: [wait: 0.1, set: {n: 1}]\n"
-    )
-    stops.play.tick(5)
-    assert stops.of("guarded") == {"true", "false", "failure"}
-    fails = watch(f"{tree}          do: {{check: x > 1}}\n          name: guarded\n")
-    fails.play.tick(2)
-    assert fails.of("guarded") == {"true", "failure"}
-
-
-def test_a_limit_that_expires_is_told_from_a_child_that_fails(watch):
-    """Both fail."""
-    seen = watch("  timeout: 0.1\n  do: {wait: 5}")
-    seen.play.tick(4)
-    assert seen.of("m") == {"expired"}
-    seen = watch("  timeout: 0.1\n  do: {check: x > 1}")
-    seen.play.tick()
-    assert seen.of("m") == {"failure"}
-
-
-@pytest.mark.parametrize(("elements", "outcome"), [("[]", "empty list"), ("[7]", "success")])
-def test_a_list_that_is_empty_is_an_outcome(watch, elements, outcome):
-    """Nothing was done for it."""
-    seen = watch("  for_each: {y: $z}\n  do: {log: $y}\n  name: all", z=elements)
-    seen.play.tick()
-    assert seen.of("all") == {outcome}
+@pytest.mark.parametrize(
+    ("tree", "seen"),
+    [
+        ("  sequence: [log: a, check: x > 1]", {"check x > 1": {"false"}, "m": {"failure"}}),
+        (TWICE, {"fork": {"true", "false", "success"}}),
+        (
+            "  fallback: [check: x > 1, log: a, log: b]",
+            {"m": {"1 check x > 1", "2 log", "success"}},
+        ),
+        ("  when: x > 1\n  do: {log: c}\n  else: {log: d}", {"m": {"false", "success"}}),
+        (GUARDED.replace("DO", "wait: 5"), {"guarded": {"true", "false", "failure"}}),
+        (GUARDED.replace("DO", "check: x > 1"), {"guarded": {"true", "failure"}}),
+        ("  timeout: 0.1\n  do: {wait: 5}", {"m": {"expired"}}),
+        ("  timeout: 0.1\n  do: {check: x > 1}", {"m": {"failure"}}),
+        ("  for_each: {y: $z}\n  do: {log: $y}", {"m": {"empty list"}}),
+        ("  for_each: {y: [7]}\n  do: {log: $y}", {"m": {"success"}}),
+    ],
+)
+def test_what_came_of_a_node_is_seen(watch, tree, seen):
+    """Of each way, also where the status is the same as before; two causes of a failure differ."""
+    watched = watch(tree)
+    watched.play.tick(5)
+    assert {name: watched.of(name) for name in seen} == seen
 
 
 def test_goals_end_in_one_of_the_closed_list(watch):

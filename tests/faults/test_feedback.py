@@ -8,13 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.faults.errors import ScenarioError
-
-
-def outcome(run: Any) -> tuple[float, str]:
-    """When the turn ended, and how."""
-    run.until(lambda s: s.leaf("turn").failed or s.leaf("turn").succeeded)
-    result = run.leaf("turn")
-    return result.since, result.outcome or result.status
+from tests.support.faulty_runs import outcome
 
 
 @pytest.mark.parametrize(
@@ -29,10 +23,7 @@ def test_feedback_that_does_not_come(stage: Any, turn: Any, make: Any) -> None:
     """Is silence, which a limit ends; feedback of another goal is none. The robot is stopped."""
     run = turn(timeout=5, feedback_timeout=0.5)
     run.at(0.6, make(stage.faults))
-    assert outcome(run) == (
-        1.1,
-        "feedback silent for too long: no feedback for 0.5 s",
-    )
+    assert outcome(run) == (1.1, "feedback silent for too long: no feedback for 0.5 s")
     run.until_done()
     assert [goal.status for goal in run.goals] == ["canceled"]
     assert run.check("whenever time >= 1.6: abs(turn_rate) < 0.01")
@@ -95,11 +86,19 @@ def with_angle(angle: float, *, of_number: int) -> Any:
     return change
 
 
-def test_feedback_that_lies(stage: Any, turn: Any) -> None:
+@pytest.mark.parametrize(
+    ("make", "shown"),
+    [
+        (lambda f: f.corrupt_feedback("turn", "inf", field="current_angle"), "inf"),
+        (lambda f: f.set_feedback("turn", current_angle=30.3), "30.3"),
+    ],
+)
+def test_feedback_that_lies(stage: Any, turn: Any, make: Any, shown: str) -> None:
     """Is believed: the condition is met at once."""
     run = turn(timeout=5, cancel_when="current_angle > 30")
-    run.at(0.3, stage.faults.corrupt_feedback("turn", "inf", field="current_angle"))
-    assert outcome(run) == (0.35, "canceled by condition: current_angle > 30 (current_angle = inf)")
+    run.at(0.3, make(stage.faults))
+    reason = f"canceled by condition: current_angle > 30 (current_angle = {shown})"
+    assert outcome(run) == (0.35, reason)
 
 
 def test_feedback_that_is_no_number_is_shown_as_such(stage: Any, turn: Any) -> None:
@@ -109,24 +108,6 @@ def test_feedback_that_is_no_number_is_shown_as_such(stage: Any, turn: Any) -> N
     run.advance(0.5)
     assert math.isnan(run.find("turn").attempt.feedback.current_angle)
     assert "nan" in run.find("turn").feedback_message
-
-
-def test_a_field_that_is_not_there(stage: Any, turn: Any) -> None:
-    """Lists those that are."""
-    run = turn(timeout=5)
-    run.do(stage.faults.corrupt_feedback("turn", "nan", field="angle"))
-    with pytest.raises(ScenarioError, match=r"unknown field of Turn_Feedback 'angle'"):
-        run.until_done()
-
-
-def test_a_field_of_feedback_that_is_set(stage: Any, turn: Any) -> None:
-    """A condition reads it; the robot turns as ever."""
-    run = turn(timeout=5, cancel_when="current_angle > 30")
-    run.at(0.3, stage.faults.set_feedback("turn", current_angle=30.3))
-    assert outcome(run) == (
-        0.35,
-        "canceled by condition: current_angle > 30 (current_angle = 30.3)",
-    )
 
 
 def test_a_field_of_a_result_that_is_set(stage: Any) -> None:

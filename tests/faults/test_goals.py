@@ -8,6 +8,7 @@ import pytest
 
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.virtual_time import Delivery, Side
+from tests.support.faulty_runs import outcome
 
 TURN = "mission: m\nworld: empty_arena\ntree: {turn: {angle: 90}, timeout: 5}\n"
 
@@ -17,17 +18,10 @@ def lives(run: Any) -> list[str]:
     return [str(goal).partition("(")[2] for goal in run.goals]
 
 
-def ends(run: Any, leaf: str = "turn") -> tuple[float, str]:
-    """When a leaf ended, and how."""
-    run.until(lambda s: s.leaf(leaf).failed or s.leaf(leaf).succeeded)
-    result = run.leaf(leaf)
-    return result.since, result.outcome or result.status
-
-
 def test_without_a_fault(turn: Any) -> None:
     """What the faults change."""
     run = turn(timeout=5)
-    assert ends(run) == (1.95, "success")
+    assert outcome(run) == (1.95, "success")
     assert lives(run) == ["sent at 0.05 s, ended at 1.95 s): succeeded"]
 
 
@@ -35,7 +29,7 @@ def test_goals_are_rejected(stage: Any, turn: Any) -> None:
     """So many; the server does not hear of them, the robot stands."""
     run = turn(timeout=5)
     run.do(stage.faults.reject_goals("turn", 1))
-    assert ends(run) == (0.1, "rejected: /turn: its server gave no reason")
+    assert outcome(run) == (0.1, "rejected: /turn: its server gave no reason")
     assert [fault.ended_ns for fault in run.faults] == [1_050_000_000]
     run.until_done()
     assert (run.succeeded, run.now.yaw) == (True, pytest.approx(0, abs=1e-6))
@@ -57,10 +51,7 @@ def test_goals_are_ignored(stage: Any, turn: Any) -> None:
     """The server never hears of it, so nothing can tell that it has ended."""
     run = turn(timeout=5)
     run.do(stage.faults.ignore_goals("turn"))
-    assert ends(run) == (
-        2.05,
-        "no answer to the goal: /turn did not answer the goal within 2 s",
-    )
+    assert outcome(run) == (2.05, "no answer to the goal: /turn did not answer the goal within 2 s")
     run.until_done()
     assert (run.t, run.status) == (5.05, "failure")
     assert run.reason.startswith("orphaned goals: /turn goal ")
@@ -73,10 +64,7 @@ def test_an_answer_that_is_lost_leaves_no_robot_turning(stage: Any, turn: Any) -
     """The goal is cancelled by its id all the same; that the server cancels it says that it is."""
     run = turn(timeout=5, acceptance_timeout=1)
     run.do(stage.faults.drop_answers("turn"))
-    assert ends(run) == (
-        1.05,
-        "no answer to the goal: /turn did not answer the goal within 1 s",
-    )
+    assert outcome(run) == (1.05, "no answer to the goal: /turn did not answer the goal within 1 s")
     assert run.now.turn_rate == pytest.approx(1.0, abs=0.01)
     run.until_done()
     assert (run.succeeded, run.t) == (True, 2.05)
@@ -88,10 +76,10 @@ def test_a_late_answer(stage: Any, turn: Any) -> None:
     """In time it is no matter; too late it changes nothing any more."""
     run = turn(timeout=5)
     run.do(stage.faults.delay_answers("turn", 1.0, 1))
-    assert ends(run) == (1.95, "success")
+    assert outcome(run) == (1.95, "success")
     run = turn(timeout=5, acceptance_timeout=0.5)
     run.do(stage.faults.delay_answers("turn", 1.0))
-    assert ends(run)[0] == 0.55
+    assert outcome(run)[0] == 0.55
     run.until_done()
     assert lives(run) == ["sent at 0.05 s, released at 0.55 s, ended at 0.60 s): canceled"]
 
@@ -118,7 +106,7 @@ def test_an_answer_is_held_for_so_long_at_most(stage: Any, turn: Any) -> None:
         run.do(stage.faults.answer_after_halt("turn", at_most=at_most, lasting=lasting))
         answers: list[float] = []
         run.do(heard_at(answers))
-        assert ends(run) == (1.95, "success")
+        assert outcome(run) == (1.95, "success")
         assert answers == [received]
 
 
@@ -128,7 +116,7 @@ def test_an_answer_that_comes_twice(stage: Any, turn: Any, part: str, after: flo
     """At once, later, and when the goal is long over: the first counts."""
     run = turn(timeout=1)
     run.do(stage.faults.repeat_answers("turn", part, times=3, after=after))
-    assert ends(run) == (1.15, "canceled by timeout: not done within 1 s")
+    assert outcome(run) == (1.15, "canceled by timeout: not done within 1 s")
     run.until_done()
     assert lives(run) == ["sent at 0.05 s, ended at 1.15 s): canceled"]
 
@@ -137,24 +125,24 @@ def test_a_late_result(stage: Any, turn: Any) -> None:
     """The leaf waits for it; the server's word counts, and not the limit that passed meanwhile."""
     run = turn(timeout=5)
     run.do(stage.faults.delay_results("turn", 1.0))
-    assert ends(run) == (2.95, "success")
+    assert outcome(run) == (2.95, "success")
     run = turn(timeout=2)
     run.do(stage.faults.delay_results("turn", 1.0))
-    assert ends(run) == (2.95, "success")
+    assert outcome(run) == (2.95, "success")
 
 
 def test_a_result_that_is_lost_is_asked_for_again(stage: Any, turn: Any) -> None:
     """Once the limit is over: the cancel finds that the goal has ended."""
     run = turn(timeout=3)
     run.do(stage.faults.drop_results("turn", 1))
-    assert ends(run) == (3.15, "success")
+    assert outcome(run) == (3.15, "success")
 
 
 def test_a_result_that_is_lost_for_ever(stage: Any, turn: Any) -> None:
     """The goal is named; the robot stands all the same."""
     run = turn(timeout=2, cancel_timeout=1)
     run.do(stage.faults.drop_results("turn"))
-    assert ends(run) == (
+    assert outcome(run) == (
         3.1,
         "unconfirmed: not done within 2 s, but /turn did not confirm the cancel in 1 s",
     )
@@ -168,7 +156,7 @@ def test_cancels_are_refused(stage: Any, turn: Any) -> None:
     """The leaf says so at once; it is asked again after a second, until the server takes it."""
     run = turn(timeout=0.5)
     run.do(stage.faults.refuse_cancels("turn", 1))
-    assert ends(run) == (
+    assert outcome(run) == (
         0.65,
         "cancel refused: not done within 0.5 s, but /turn refused to cancel",
     )
@@ -188,7 +176,7 @@ def test_cancels_are_lost(stage: Any, turn: Any) -> None:
     """Nothing confirms them within the limit; the second is heard."""
     run = turn(timeout=0.5, cancel_timeout=0.5)
     run.do(stage.faults.ignore_cancels("turn", 1))
-    assert ends(run) == (
+    assert outcome(run) == (
         1.1,
         "unconfirmed: not done within 0.5 s, but /turn did not confirm the cancel in 0.5 s",
     )
@@ -203,7 +191,7 @@ def test_a_slow_server(stage: Any, turn: Any) -> None:
     feedback: list[float] = []
     run.do(heard_at(feedback, "feedback"))
     assert run.until(lambda s: abs(s.turn_rate) > 0.01).t == 0.6
-    assert ends(run) == (2.9, "success")
+    assert outcome(run) == (2.9, "success")
     assert feedback[0] == 1.05
 
 
@@ -211,7 +199,7 @@ def test_a_server_too_slow_for_its_limits(stage: Any, turn: Any) -> None:
     """The cancel comes after the goal, and ends it."""
     run = turn(timeout=5, acceptance_timeout=0.5)
     run.do(stage.faults.slow_server("turn", 0.4))
-    assert ends(run)[1].startswith("no answer to the goal")
+    assert outcome(run)[1].startswith("no answer to the goal")
     run.until_done()
     assert run.succeeded
     assert [goal.status for goal in run.goals] == ["canceled"]
@@ -222,12 +210,12 @@ def test_a_server_that_the_test_plays(stage: Any, scripted_server: Any) -> None:
     server = scripted_server("turn")
     run = stage.run(TURN)
     run.do(stage.faults.delay_answers("turn", 0.4), stage.faults.reject_goals("/turn", 1))
-    assert ends(run)[1].startswith("rejected: ")
+    assert outcome(run)[1].startswith("rejected: ")
     run = stage.run(TURN)
     run.do(stage.faults.delay_answers("turn", 0.4))
     run.until(lambda s: server.goals)
     server.goal.succeed()
-    assert ends(run) == (0.45, "success")
+    assert outcome(run) == (0.45, "success")
 
 
 def test_actions_that_are_not_there(stage: Any) -> None:

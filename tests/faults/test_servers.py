@@ -1,4 +1,4 @@
-"""Faults of servers themselves: aborted goals, death and return, exceptions, services."""
+"""Faults of servers themselves: aborted goals, death and return, exceptions in code, services."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from bt_mission.faults.errors import ScenarioError
+from tests.support.faulty_runs import outcome
 
 SERVICE = """
 mission: m
@@ -18,13 +19,6 @@ tree:
       name: call
     - wait: 0.5
 """
-
-
-def outcome(run: Any, leaf: str = "turn") -> tuple[float, str]:
-    """When a leaf ended, and how."""
-    run.until(lambda s: s.leaf(leaf).failed or s.leaf(leaf).succeeded)
-    result = run.leaf(leaf)
-    return result.since, result.outcome or result.status
 
 
 # ---- aborted goals -----------------------------------------------------------------------
@@ -170,10 +164,7 @@ def test_an_exception_in_a_result(stage: Any, turn: Any) -> None:
     """What was a success is none."""
     run = turn(timeout=5)
     run.do(stage.faults.raise_in_maneuver("turn", method="result"))
-    assert outcome(run) == (
-        1.95,
-        "aborted: /turn: RuntimeError: made by a fault (code 900)",
-    )
+    assert outcome(run) == (1.95, "aborted: /turn: RuntimeError: made by a fault (code 900)")
 
 
 def test_only_our_own_servers_have_maneuvers(stage: Any, scripted_server: Any) -> None:
@@ -224,3 +215,74 @@ def test_services_and_fields_that_are_not_there(stage: Any) -> None:
         run.do(stage.faults.ignore_service("stap"))
     with pytest.raises(ScenarioError, match=r"fail_service: /stop: .*'sucess'.*success"):
         run.do(stage.faults.fail_service("stop", sucess=False))
+
+
+@pytest.mark.parametrize(
+    ("leaf", "method", "on", "ended"),
+    [
+        ("turn", "update", 1, 1.0),
+        ("turn", "update", 3, 1.1),
+        ("0.0", "terminate", 1, 1.95),
+        ("turn", "initialise", 1, None),
+    ],
+)
+def test_an_exception_in_a_leaf(
+    stage: Any, turn: Any, leaf: str, method: str, on: int, ended: float | None
+) -> None:
+    """Ends the mission with the cause; the goal is cancelled, the end confirmed."""
+    run = turn(timeout=5)
+    fault = stage.faults.raise_in_leaf(leaf, ValueError("oh"), method=method, on=on)
+    if ended is None:
+        run.do(fault)
+    else:
+        run.at(1.0, fault)
+    run.until_done()
+    assert run.failed
+    assert run.reason.startswith("ValueError: oh (servers.py:")
+    assert [goal.status for goal in run.goals] == (
+        [] if ended is None else ["succeeded" if ended == 1.95 else "canceled"]
+    )
+    if ended is not None:
+        assert run.t == pytest.approx(ended + 0.05, abs=0.051)
+        assert run.now.commanded[1] == 0 or run.t < 2
+    assert run.close() == ()
+
+
+def test_a_leaf_is_sound_after_the_fault(stage: Any, turn: Any) -> None:
+    """It raises once, or not at all when the fault has ended before."""
+    run = turn(timeout=5)
+    run.do(stage.faults.raise_in_leaf("turn", on=50, lasting=1.0))
+    run.until_done()
+    assert run.succeeded
+    assert run.find("turn").call_hooks == ()
+
+
+def test_an_exception_in_a_callback(stage: Any, turn: Any) -> None:
+    """Of a topic or a service of a node: the mission fails with the cause, the robot is stopped."""
+    run = turn(timeout=5)
+    run.at(1.0, stage.faults.raise_in_callback("bt_mission_servers", "scan", on=2))
+    run.until_done()
+    assert (run.failed, run.t) == (True, 1.1)
+    assert run.reason.startswith("a callback failed: RuntimeError: made by a fault (")
+    assert [goal.status for goal in run.goals] == ["canceled"]
+    run = stage.run("mission: m\ntree: {service: {name: /stop, type: std_srvs/srv/Trigger}}\n")
+    run.do(stage.faults.raise_in_callback("/bt_mission_servers", "stop", OSError("disk")))
+    run.until_done()
+    assert run.reason.startswith("a callback failed: OSError: disk")
+
+
+def test_leaves_and_callbacks_that_are_not_there(stage: Any, turn: Any) -> None:
+    """What is stands in the error."""
+    run = turn(timeout=5)
+    faults = stage.faults
+    for fault, reason in (
+        (faults.raise_in_leaf("tern"), "unknown node 'tern'"),
+        (faults.raise_in_leaf("turns"), "unknown leaf 'turns'"),
+        (faults.raise_in_callback("sim", "scan"), "unknown node '/sim'"),
+        (
+            faults.raise_in_callback("bt_mission_sim", "scan"),
+            "unknown topic or service of /bt_mission_sim '/scan'",
+        ),
+    ):
+        with pytest.raises(ScenarioError, match=reason):
+            run.do(fault)

@@ -85,7 +85,7 @@ def test_faults_are_texts(scenario: Any) -> None:
         "  - 'at 5.0: drop scan lasting 2'\n"
         "  - at 5 s: drop scan lasting 2 s\n"
         "  - 'when previously within 1 s: speed > 0.1 and running(\"turn\"): imu_dead'\n"
-        "  - after 1: imu_dead\n"
+        "  - after 1: camera_dead\n"
     )
     faults = [fault.planned for fault in load_scenario(scenario(text)).faults]
     assert {fault.text for fault in faults[:3]} == {"at 5.0: drop scan lasting 2"}
@@ -146,6 +146,7 @@ def test_paths_are_from_the_scenario(
         ("faults:\n  - at 1: raise_in_leaf trn\n", "4:25", "unknown node 'trn'"),
         ("faults:\n  - at 700: imu_dead\n", "4:5", "700 s is past the limit of the scenario"),
         ("faults:\n  - 3\n", "4:5", "expected a fault such as"),
+        ("robot: burger\nfaults:\n  - at 1: camera_dead\n", "5:11", "'burger' has no camera"),
         ("requirements:\n  a: always sped < 1\n", "4:13", "unknown signal 'sped'"),
         ('requirements:\n  a: never failed("trn")\n', "4:12", "unknown node: 'trn'"),
         ("requirements:\n  is slow: never speed > 2\n", "4:3", "has a requirement 'is slow'"),

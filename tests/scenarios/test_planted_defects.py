@@ -24,8 +24,3 @@ def test_a_defect_is_caught(defect: Defect, monkeypatch: pytest.MonkeyPatch) -> 
     defect.plant(monkeypatch)
     result = run_scenario(SCENARIOS / f"{defect.scenario}.scenario.yaml")
     assert defect.caught_by in result.violated, "\n".join(map(str, result.report.requirements))
-
-
-def test_there_are_thirty() -> None:
-    """And no two of one name."""
-    assert len({defect.what for defect in DEFECTS}) >= 30

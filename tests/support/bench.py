@@ -84,10 +84,7 @@ class Bench(Rig):
         self.clients = [self.node(f"client_{number}") for number in (1, 2)]
         self.robot = self.clock.world = self.add(RobotNode(fake, self.context))
         options = ServerOptions(
-            image_folder=image_folder,
-            lean=lean,
-            context=self.context,
-            parameters=parameters or {},
+            image_folder=image_folder, lean=lean, context=self.context, parameters=parameters or {}
         )
         self.servers = self.add(ServersNode(fake.robot, options))
         self.events: list[Any] = []

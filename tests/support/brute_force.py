@@ -15,11 +15,7 @@ from bt_mission.sessions.load import load
 
 HEAD = "mission: small\ntree:\n"
 MOST_NODES = 8
-_LIMITS = (
-    "server_timeout: 0.1",
-    "acceptance_timeout: 0.1",
-    "cancel_timeout: 0.1",
-)
+_LIMITS = ("server_timeout: 0.1", "acceptance_timeout: 0.1", "cancel_timeout: 0.1")
 
 
 class TooManyRunsError(Exception):

@@ -55,9 +55,11 @@ def given(owner: Any, name: str, alter: Callable[..., tuple[Any, ...]]) -> Plant
     return lambda patch: patch.setattr(owner, name, method)
 
 
-def twist(change: Callable[[Twist2D], Twist2D]) -> Callable[..., Any]:
-    """Alter what is commanded, and nothing else that a maneuver answers."""
-    return lambda answer, *_: change(answer) if isinstance(answer, Twist2D) else answer
+def twisted(owner: Any, change: Callable[[Twist2D], Twist2D], name: str = "step") -> Plant:
+    """Plant what alters the commands of a maneuver, and nothing else that it answers."""
+    return altered(
+        owner, name, lambda answer, *_: change(answer) if isinstance(answer, Twist2D) else answer
+    )
 
 
 def blind(patch: pytest.MonkeyPatch) -> None:

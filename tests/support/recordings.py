@@ -69,10 +69,7 @@ def edited(path: Path, keep: Callable[[Channel, int], bool]) -> Path:
 
 
 def with_facts(
-    path: Path,
-    changes: Mapping[str, str | None],
-    of: Path | None = None,
-    note: str = "bt_mission",
+    path: Path, changes: Mapping[str, str | None], of: Path | None = None, note: str = "bt_mission"
 ) -> Path:
     """The recording with other facts of its run; None leaves one out.
 

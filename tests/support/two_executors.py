@@ -14,7 +14,9 @@ from rclpy.clock_type import ClockType
 from rclpy.context import Context
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.task import Future
 from rclpy.time import Time
+from std_msgs.msg import Int64
 
 from bt_mission.executors.live import LiveExecutor
 from bt_mission.ros.graph import destroy_actions
@@ -64,6 +66,22 @@ class Play(ABC):
     def ms(self, node: Node) -> int:
         """Milliseconds of simulated time since the start, by the clock of a node."""
         return int(node.get_clock().now().nanoseconds - START_NS) // MS
+
+    def release(self, gate: Future, result: Any = None) -> None:
+        """Give a future its result, and serve what waited for it."""
+        gate.set_result(result)
+        self.settle()
+
+    def pipe(self, node: Node, callback: Callable[..., Any], **options: Any) -> Callable[..., None]:
+        """Have a node listen to itself on a topic; return what publishes numbers there."""
+        publisher = node.create_publisher(Int64, "count", 10)
+        node.create_subscription(Int64, "count", loose(callback), 10, **options)
+
+        def publish(*numbers: int) -> None:
+            for number in numbers:
+                publisher.publish(Int64(data=number))
+
+        return publish
 
     def wait_for(self, condition: Callable[[], object]) -> None:
         """Serve until something is so that the middleware's own threads bring about."""

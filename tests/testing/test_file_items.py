@@ -21,15 +21,47 @@ faults:
   - at 0.5: drop imu lasting 0.5
 expect: {{outcome: {}}}
 """
+FLEET = """\
+fleet: two
+world: dqn_stage1
+robots:
+  one:
+    mission: {{mission: turns, tree: {{turn: {{angle: 90}}, name: turn, timeout: {}}}}}
+    start: {{x: -1}}
+  two: {{mission: {{mission: waits, tree: {{wait: 0.5}}}}, start: {{x: 1}}}}
+"""
 
 
-def test_a_scenario_is_a_test(pytester: pytest.Pytester) -> None:
-    """Its name is that of the file; other YAML is none."""
-    pytester.makefile(".scenario.yaml", turns=SCENARIO.format("success"))
+@pytest.mark.parametrize(
+    ("kind", "text"), [("scenario", SCENARIO.format("success")), ("fleet", FLEET.format(20))]
+)
+def test_a_file_is_a_test(pytester: pytest.Pytester, kind: str, text: str) -> None:
+    """Its name is that of the file; other YAML is none. It leaves nothing where it passes."""
+    pytester.makefile(f".{kind}.yaml", turns=text)
     pytester.makefile(".yaml", other="mission: m\ntree: {wait: 1}\n")
     result = pytester.runpytest("-v")
     result.assert_outcomes(passed=1)
-    result.stdout.fnmatch_lines(["turns.scenario.yaml::turns PASSED*"])
+    result.stdout.fnmatch_lines([f"turns.{kind}.yaml::turns PASSED*"])
+    assert not list(pytester.path.glob("scenario_results/*"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "place"),
+    [
+        ("scenario", "scenario: bad\nmission: nowhere.yaml\n", "2:10"),
+        ("fleet", "fleet: bad\nrobots: {one: {mission: nowhere.yaml}}\n", "2:25"),
+    ],
+)
+def test_a_file_that_cannot_be_read_fails_with_its_errors(
+    pytester: pytest.Pytester, kind: str, text: str, place: str
+) -> None:
+    """Without a traceback."""
+    pytester.makefile(f".{kind}.yaml", bad=text)
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines([f"*bad.{kind}.yaml:{place}: error: no such mission: *"])
+    result.stdout.no_fnmatch_line("*Traceback*")
+    result.stdout.no_fnmatch_line("*loader.py*")
 
 
 def test_a_scenario_beside_its_own_test_is_run_once(pytester: pytest.Pytester) -> None:
@@ -56,36 +88,6 @@ def test_a_failure_tells_the_place_and_keeps_the_recording(pytester: pytest.Pyte
         ]
     )
     assert list(pytester.path.glob("scenario_results/*/recording.mcap"))
-
-
-def test_a_scenario_that_cannot_be_read_fails_with_its_errors(pytester: pytest.Pytester) -> None:
-    """Without a traceback."""
-    pytester.makefile(".scenario.yaml", bad="scenario: bad\nmission: nowhere.yaml\n")
-    result = pytester.runpytest()
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*bad.scenario.yaml:2:10: error: no such mission: *"])
-    result.stdout.no_fnmatch_line("*Traceback*")
-    result.stdout.no_fnmatch_line("*loader.py*")
-
-
-FLEET = """\
-fleet: two
-world: dqn_stage1
-robots:
-  one:
-    mission: {{mission: turns, tree: {{turn: {{angle: 90}}, name: turn, timeout: {}}}}}
-    start: {{x: -1}}
-  two: {{mission: {{mission: waits, tree: {{wait: 0.5}}}}, start: {{x: 1}}}}
-"""
-
-
-def test_a_fleet_is_a_test(pytester: pytest.Pytester) -> None:
-    """It passes where all missions succeed, and leaves nothing."""
-    pytester.makefile(".fleet.yaml", pair=FLEET.format(20))
-    result = pytester.runpytest("-v")
-    result.assert_outcomes(passed=1)
-    result.stdout.fnmatch_lines(["pair.fleet.yaml::pair PASSED*"])
-    assert not list(pytester.path.glob("scenario_results/*"))
 
 
 def test_a_fleet_that_fails_shows_its_report_and_keeps_the_recording(
@@ -116,15 +118,6 @@ def test_a_fleet_that_violates_a_requirement_fails(pytester: pytest.Pytester) ->
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*requirement slow: violated*"])
     result.stdout.no_fnmatch_line("*bt-mission replay*")
-
-
-def test_a_fleet_that_cannot_be_read_fails_with_its_errors(pytester: pytest.Pytester) -> None:
-    """Without a traceback."""
-    pytester.makefile(".fleet.yaml", bad="fleet: bad\nrobots: {one: {mission: nowhere.yaml}}\n")
-    result = pytester.runpytest()
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*bad.fleet.yaml:2:25: error: no such mission: *"])
-    result.stdout.no_fnmatch_line("*Traceback*")
 
 
 TESTS = '''

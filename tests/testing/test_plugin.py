@@ -23,17 +23,6 @@ def test_it_waits(stage):
 def test_it_waits_on(stage):
     assert stage.run(MISSION).until_done().status == "success"
 '''
-LEAVES = '''
-MISSION = """
-mission: turns
-tree: {turn: {angle: 90}, timeout: 60}
-"""
-
-def test_it_turns(stage, scripted_server):
-    turn = scripted_server("turn", cancels=None)
-    run = stage.run(MISSION)
-    run.until(lambda s: turn.goals)
-'''
 
 
 def test_a_test_that_fails_shows_its_run(pytester: pytest.Pytester) -> None:
@@ -53,14 +42,6 @@ def test_a_test_that_fails_shows_its_run(pytester: pytest.Pytester) -> None:
             "▶ wait",
         ]
     )
-
-
-def test_a_test_that_leaves_a_goal_behind_fails(pytester: pytest.Pytester) -> None:
-    """Its mission was interrupted with the test, and the server never confirmed the cancel."""
-    pytester.makepyfile(LEAVES)
-    result = pytester.runpytest("-p", "no:cacheprovider")
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["orphaned goals: /turn goal ???????? of 'turn' (lost)"])
 
 
 def test_a_test_whose_mission_violates_a_requirement_fails_once(pytester: pytest.Pytester) -> None:

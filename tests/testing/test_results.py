@@ -132,8 +132,8 @@ def test_a_folder_that_cannot_be_written_is_told(session, pytester):
     result.stdout.fnmatch_lines(["it was not saved: */file/test_a.test_two: Not a directory"])
 
 
-def test_a_goal_left_behind_shows_the_run(pytester):
-    """It fails once the test is through."""
+def test_a_goal_left_behind_fails_the_test_and_shows_the_run(pytester):
+    """Its mission was interrupted with the test, and the server never confirmed the cancel."""
     pytester.makepyfile(
         test_a="""
         def test_it(stage, scripted_server):
@@ -151,6 +151,7 @@ def test_a_goal_left_behind_shows_the_run(pytester):
             "*replay scenario_results/test_a.test_it/recording.mcap",
         ]
     )
+    result.stdout.fnmatch_lines(["orphaned goals: /turn goal ???????? of 'turn' (lost)"])
 
 
 def recorded(pytester: pytest.Pytester) -> list[str]:

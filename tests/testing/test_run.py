@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -218,3 +219,12 @@ def test_a_scripted_server_stands_in_for_ours(stage: Any, scripted_server: Any) 
     assert run.leaf("turn").outcome == "aborted: /turn: stuck (code 906)"
     with pytest.raises(ScenarioError, match="unknown short name of an action 'dock'"):
         scripted_server("dock")
+
+
+def test_a_scenario_keeps_its_simulator(stage: Any, tmp_path: Path) -> None:
+    """It does not run in MuJoCo because a test runs it."""
+    path = tmp_path / "s.scenario.yaml"
+    mission = "mission: {mission: turns, world: nav_arena, tree: {turn: {angle: 9}, timeout: 9}}\n"
+    path.write_text(f"scenario: s\n{mission}simulator: sim.ir_sim:IrSim\n", encoding="utf-8")
+    assert stage.run_scenario(path).passed
+    assert stage.runs[-1].options.simulator is not None

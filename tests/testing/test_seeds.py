@@ -11,8 +11,7 @@ def marked(*arguments: object, **options: object) -> pytest.Mark:
 
 
 @pytest.mark.parametrize(
-    ("given", "seeds"),
-    [(3, (0, 1, 2)), (range(5, 8), (5, 6, 7)), ([9, 2], (9, 2)), ((4,), (4,))],
+    ("given", "seeds"), [(3, (0, 1, 2)), (range(5, 8), (5, 6, 7)), ([9, 2], (9, 2)), ((4,), (4,))]
 )
 def test_seeds_are_a_number_a_range_or_a_list(given, seeds):
     """A number counts from 0; a list keeps its order."""

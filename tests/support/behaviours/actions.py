@@ -65,8 +65,13 @@ class Bench:
         sent.add_done_callback(answered)
         return sent
 
+    def end(self, how: str | None = "succeed") -> None:
+        """Have the first goal end."""
+        self.play.release(self.ends[0], how)
+
     def cancel(self, sent: Future) -> None:
         """Ask for a cancel, and log the answer."""
+        self.play.settle()
 
         def answered(future: Future) -> None:
             response = future.result()
@@ -74,6 +79,7 @@ class Bench:
             self.play.say("cancel", f"code {response.return_code}, {count} goals")
 
         sent.result().cancel_goal_async().add_done_callback(answered)
+        self.play.settle()
 
 
 def accept(_: Any) -> CancelResponse:
@@ -84,8 +90,7 @@ def _ended(play: Play, how: str | None, **habits: Any) -> None:
     bench = Bench(play, **habits)
     bench.send()
     play.advance(0.2)
-    bench.ends[0].set_result(how)
-    play.settle()
+    bench.end(how)
 
 
 def a_goal_that_succeeds(play: Play) -> None:
@@ -124,8 +129,7 @@ def a_goal_callback_that_thinks_it_over(play: Play) -> None:
     bench.send()
     bench.send(45.0)
     play.advance(0.2)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_goal_callback_that_raises(play: Play) -> None:
@@ -167,16 +171,14 @@ def feedback_comes_in_order(play: Play) -> None:
     bench.serving.create_timer(0.1, report)
     bench.send()
     play.advance(0.45)
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.end()
 
 
 def feedback_after_the_end_is_heard(play: Play) -> None:
     bench = Bench(play)
     bench.send()
     play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.end()
     bench.handles[0].publish_feedback(Turn.Feedback(current_angle=5.0))
     play.settle()
 
@@ -188,28 +190,21 @@ def a_cancel_that_is_accepted(play: Play) -> None:
     bench.cancel(sent)
     play.advance(0.1)
     play.say("server", bench.handles[0].is_cancel_requested)
-    bench.ends[0].set_result("canceled")
-    play.settle()
+    bench.end("canceled")
 
 
 def a_cancel_that_is_refused(play: Play) -> None:
     bench = Bench(play)
-    sent = bench.send()
-    play.settle()
-    bench.cancel(sent)
-    play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.cancel(bench.send())
+    bench.end()
 
 
 def a_cancel_after_the_end(play: Play) -> None:
     bench = Bench(play, cancel_callback=accept)
     sent = bench.send()
     play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.end()
     bench.cancel(sent)
-    play.settle()
 
 
 def a_cancel_callback_that_ends_the_goal(play: Play) -> None:
@@ -220,20 +215,13 @@ def a_cancel_callback_that_ends_the_goal(play: Play) -> None:
         return CancelResponse.ACCEPT
 
     bench = Bench(play, cancel_callback=cancel)
-    sent = bench.send()
-    play.settle()
-    bench.cancel(sent)
-    play.settle()
+    bench.cancel(bench.send())
 
 
 def a_cancelled_goal_that_succeeds_all_the_same(play: Play) -> None:
     bench = Bench(play, cancel_callback=accept)
-    sent = bench.send()
-    play.settle()
-    bench.cancel(sent)
-    play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.cancel(bench.send())
+    bench.end()
 
 
 def a_result_that_is_asked_for_after_the_end(play: Play) -> None:
@@ -253,8 +241,7 @@ def a_result_that_is_asked_for_twice(play: Play) -> None:
     play.settle()
     asked = [sent.result().get_result_async() for _ in range(2)]
     play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.end()
     play.say(
         "client", [NAMES[future.result().status] if future.done() else None for future in asked]
     )
@@ -282,8 +269,7 @@ def a_goal_that_begins_later(play: Play) -> None:
     play.advance(0.3)
     waiting[0].execute()
     play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.end()
 
 
 def a_coroutine_that_sends_waits_and_sends_again(play: Play) -> None:
@@ -318,8 +304,7 @@ def a_client_destroyed_with_a_goal(play: Play) -> None:
     bench.send()
     play.settle()
     bench.client.destroy()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    bench.end()
 
 
 def a_client_without_a_server(play: Play) -> None:

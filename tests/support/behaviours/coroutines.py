@@ -57,8 +57,7 @@ def a_task_awaits_a_task(play: Play) -> None:
 
     play.executor.create_task(outer())
     play.settle()
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_task_that_raises(play: Play) -> None:
@@ -106,8 +105,7 @@ def the_other_tasks_go_on_when_one_raises(play: Play) -> None:
     for coroutine in (wait("before"), fail(), wait("after")):
         play.executor.create_task(coroutine)
     play.settle()
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_future_that_is_given_an_exception(play: Play) -> None:
@@ -149,8 +147,7 @@ def a_task_that_is_cancelled_while_it_waits(play: Play) -> None:
     task = play.executor.create_task(wait())
     play.settle()
     task.cancel()
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
     play.say("task", (task.done(), task.cancelled()))
 
 
@@ -232,8 +229,7 @@ def a_suspended_callback_that_raises_frees_its_group(play: Play) -> None:
     failing = node.create_timer(0.1, fail)
     node.create_timer(0.15, lambda: play.say("other", play.ms(node)))
     play.advance(0.35)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
     play.advance(0.3)
 
 
@@ -262,6 +258,5 @@ def several_awaits_in_a_row(play: Play) -> None:
 
     play.executor.create_task(wait())
     for number in (0, 2, 1, 3):
-        gates[number].set_result(None)
-        play.settle()
+        play.release(gates[number])
         play.say("task", f"gate {number} was open")

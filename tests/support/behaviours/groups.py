@@ -57,8 +57,7 @@ def _everything_beside_a_callback_that_waits(play: Play, group: CallbackGroup) -
 
     other.create_timer(0.25, ask)
     play.advance(0.6)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
     play.advance(0.3)
 
 
@@ -75,8 +74,7 @@ def two_exclusive_groups_do_not_hold_each_other(play: Play) -> None:
         callback = partial(wait, name)
         node.create_timer(0.1, callback, callback_group=MutuallyExclusiveCallbackGroup())
     play.advance(0.25)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_group_over_two_nodes(play: Play) -> None:
@@ -92,8 +90,7 @@ def a_group_over_two_nodes(play: Play) -> None:
     a.create_timer(0.1, hold, callback_group=group)
     b.create_timer(0.15, lambda: play.say("b", play.ms(b)), callback_group=group)
     play.advance(0.35)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_group_is_passed_on_when_a_callback_ends(play: Play) -> None:
@@ -117,5 +114,4 @@ def a_group_is_passed_on_when_a_callback_ends(play: Play) -> None:
     play.settle()
     for name, gate in gates.items():
         play.say("group", f"{name} may end")
-        gate.set_result(None)
-        play.settle()
+        play.release(gate)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -9,7 +10,6 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.waitable import NumberOfEntities, Waitable
-from std_msgs.msg import Int64
 
 from tests.support.two_executors import Play
 
@@ -57,6 +57,33 @@ class Bell(Waitable):
         self._number = wait_set.add_guard_condition(self._guard.handle)
 
 
+def _while_its_group_is_held(play: Play, node: Node, wake: Callable[[], None]) -> None:
+    gate: Future = Future()
+
+    async def hold() -> None:
+        holding.cancel()
+        await gate
+        play.say("a", "lets go")
+
+    holding = node.create_timer(0.1, hold)
+    play.advance(0.15)
+    wake()
+    play.advance(0.2)
+    play.release(gate)
+
+
+def _beside_a_callback_that_makes_something(
+    play: Play, node: Node, wake: Callable[[], None]
+) -> None:
+    def hear(message: Any) -> None:
+        play.say("subscription", message.data)
+        node.create_timer(1.0, lambda: None)
+
+    play.pipe(node, hear)(1)
+    wake()
+    play.settle()
+
+
 def a_guard_triggered_from_outside(play: Play) -> None:
     node = play.node("a")
     guard = node.create_guard_condition(lambda: play.say("guard", "called"))
@@ -102,53 +129,29 @@ def a_guard_with_an_async_callback(play: Play) -> None:
     guard = node.create_guard_condition(call)
     guard.trigger()
     play.settle()
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_guard_triggered_while_its_group_is_held_is_called_afterwards(play: Play) -> None:
     node = play.node("a")
-    gate: Future = Future()
-
-    async def hold() -> None:
-        holding.cancel()
-        await gate
-        play.say("a", "lets go")
-
-    holding = node.create_timer(0.1, hold)
     guard = node.create_guard_condition(lambda: play.say("a", "guard"))
-    play.advance(0.15)
-    guard.trigger()
-    play.advance(0.2)
-    gate.set_result(None)
-    play.settle()
+    _while_its_group_is_held(play, node, guard.trigger)
 
 
 def a_guard_triggered_beside_a_callback_that_makes_something(play: Play) -> None:
     node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
-    def hear(message: Any) -> None:
-        play.say("subscription", message.data)
-        node.create_timer(1.0, lambda: None)
-
-    node.create_subscription(Int64, "count", hear, 10)
     guard = node.create_guard_condition(lambda: play.say("guard", "called"))
-    publisher.publish(Int64(data=1))
-    guard.trigger()
-    play.settle()
+    _beside_a_callback_that_makes_something(play, node, guard.trigger)
 
 
 def a_guard_triggered_beside_a_callback_that_raises(play: Play) -> None:
     node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
 
     def fail(message: Any) -> None:
         raise ValueError(f"at {message.data}")
 
-    node.create_subscription(Int64, "count", fail, 10)
     guard = node.create_guard_condition(lambda: play.say("guard", "called"))
-    publisher.publish(Int64(data=1))
+    play.pipe(node, fail)(1)
     guard.trigger()
     play.settle()
 
@@ -205,35 +208,12 @@ def a_waitable_added_and_removed_in_callbacks(play: Play) -> None:
 
 def a_waitable_that_rings_while_its_group_is_held(play: Play) -> None:
     node = play.node("a")
-    gate: Future = Future()
-
-    async def hold() -> None:
-        holding.cancel()
-        await gate
-        play.say("a", "lets go")
-
-    holding = node.create_timer(0.1, hold)
-    bell = Bell(play, node, "a")
-    play.advance(0.15)
-    bell.ring()
-    play.advance(0.2)
-    gate.set_result(None)
-    play.settle()
+    _while_its_group_is_held(play, node, Bell(play, node, "a").ring)
 
 
 def a_waitable_that_rings_beside_a_callback_that_makes_something(play: Play) -> None:
     node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
-    def hear(message: Any) -> None:
-        play.say("subscription", message.data)
-        node.create_timer(1.0, lambda: None)
-
-    node.create_subscription(Int64, "count", hear, 10)
-    bell = Bell(play, node, "bell")
-    publisher.publish(Int64(data=1))
-    bell.ring()
-    play.settle()
+    _beside_a_callback_that_makes_something(play, node, Bell(play, node, "bell").ring)
 
 
 def two_waitables_of_which_the_first_makes_something(play: Play) -> None:
@@ -256,8 +236,7 @@ def a_waitable_that_awaits(play: Play) -> None:
     bell.ring()
     play.settle()
     play.say("bell", "waits")
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_waitable_that_raises_rings_again(play: Play) -> None:

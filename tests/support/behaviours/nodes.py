@@ -6,11 +6,12 @@ from typing import Any
 
 from bt_mission_interfaces.action import Turn
 from rclpy.action import ActionClient, ActionServer
+from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
-from tests.support.two_executors import Play, loose
+from tests.support.two_executors import Play
 
 
 def a_node_destroyed_in_its_own_callback(play: Play) -> None:
@@ -107,9 +108,9 @@ def a_service_and_a_client_destroyed_by_a_message(play: Play) -> None:
         node.destroy_service(service)
         node.destroy_client(client)
 
-    node.create_subscription(Int64, "count", hear, 10)
+    publish = play.pipe(node, hear)
     call = client.call_async(Trigger.Request())
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    publish(0)
     play.settle()
     play.say("a", call.done())
 
@@ -143,7 +144,8 @@ def what_came_while_a_node_was_away_is_served_when_it_is_back(play: Play) -> Non
     play.say("client", call.done())
 
 
-def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> None:
+def _suspended(play: Play) -> tuple[Node, Future]:
+    """Return a node whose callback waits, and for what it waits."""
     node = play.node("a")
     gate: Future = Future()
 
@@ -152,33 +154,25 @@ def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> N
         await gate
         play.say("a", "goes on")
 
-    node.create_subscription(Int64, "count", loose(wait), 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    play.pipe(node, wait)(0)
     play.settle()
+    return node, gate
+
+
+def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> None:
+    node, gate = _suspended(play)
     play.executor.remove_node(node)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
     play.say("a", "back")
     play.executor.add_node(node)
     play.settle()
 
 
 def a_suspended_callback_of_a_destroyed_node_goes_on(play: Play) -> None:
-    node = play.node("a")
-    gate: Future = Future()
-
-    async def wait(_: Any) -> None:
-        play.say("a", "waits")
-        await gate
-        play.say("a", "goes on")
-
-    node.create_subscription(Int64, "count", loose(wait), 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
-    play.settle()
+    node, gate = _suspended(play)
     node.destroy_node()
     play.settle()
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_task_goes_on_without_the_node_that_made_it(play: Play) -> None:
@@ -192,8 +186,7 @@ def a_task_goes_on_without_the_node_that_made_it(play: Play) -> None:
     node.create_timer(0.1, lambda: play.executor.create_task(job()))
     play.advance(0.1)
     play.executor.remove_node(node)
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
 
 
 def a_node_is_added_once(play: Play) -> None:
@@ -250,9 +243,7 @@ def an_executor_that_is_shut_down_has_no_nodes(play: Play) -> None:
 def an_executor_spins_until_a_future_is_done(play: Play) -> None:
     node = play.node("a")
     gate: Future = Future()
-    publisher = node.create_publisher(Int64, "count", 10)
-    node.create_subscription(Int64, "count", loose(lambda m: gate.set_result(m.data)), 10)
-    publisher.publish(Int64(data=5))
+    play.pipe(node, lambda m: gate.set_result(m.data))(5)
     play.executor.spin_until_future_complete(gate)
     play.say("a", gate.result())
     play.executor.spin_until_future_complete(gate)
@@ -266,8 +257,7 @@ def an_executor_spins_until_the_context_ends(play: Play) -> None:
         play.say("a", "ends it")
         play.context.shutdown()
 
-    node.create_subscription(Int64, "count", end, 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    play.pipe(node, end)(0)
     try:
         play.executor.spin()
     except Exception as error:
@@ -290,8 +280,7 @@ def an_executor_does_not_spin_where_the_context_has_ended(play: Play) -> None:
 
 def an_executor_that_is_shut_down_spins_no_more(play: Play) -> None:
     node = play.node("a")
-    node.create_subscription(Int64, "count", play.hear("a"), 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    play.pipe(node, play.hear("a"))(0)
     play.executor.shutdown()
     play.executor.spin()
     play.executor.spin_once(timeout_sec=0)
@@ -305,7 +294,6 @@ def an_executor_spins_until_it_is_shut_down(play: Play) -> None:
         play.say("a", "ends it")
         play.executor.shutdown()
 
-    node.create_subscription(Int64, "count", end, 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    play.pipe(node, end)(0)
     play.executor.spin()
     play.say("executor", "returns")

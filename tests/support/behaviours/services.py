@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
@@ -24,10 +25,19 @@ def _offer(play: Play, node: Node, name: str = "ask") -> Any:
     return node.create_service(Trigger, name, answer)
 
 
-def a_call_from_a_timer_is_answered(play: Play) -> None:
-    _offer(play, play.node("server"))
+def _client(play: Play, answer: Any = None) -> tuple[Node, Client]:
+    """Return the node of a client, and the client, whose server is on a node of its own."""
+    server = play.node("server")
+    if answer is None:
+        _offer(play, server)
+    else:
+        server.create_service(Trigger, "ask", answer)
     node = play.node("client")
-    client = node.create_client(Trigger, "ask")
+    return node, node.create_client(Trigger, "ask")
+
+
+def a_call_from_a_timer_is_answered(play: Play) -> None:
+    node, client = _client(play)
 
     def call() -> None:
         future = client.call_async(Trigger.Request())
@@ -38,9 +48,7 @@ def a_call_from_a_timer_is_answered(play: Play) -> None:
 
 
 def an_async_callback_awaits_a_service_of_another_node(play: Play) -> None:
-    _offer(play, play.node("server"))
-    node = play.node("client")
-    client = node.create_client(Trigger, "ask")
+    node, client = _client(play)
 
     async def call() -> None:
         play.say("client", "calls")
@@ -52,9 +60,7 @@ def an_async_callback_awaits_a_service_of_another_node(play: Play) -> None:
 
 
 def a_callback_that_awaits_a_client_of_its_own_exclusive_group_waits_for_ever(play: Play) -> None:
-    _offer(play, play.node("server"))
-    node = play.node("client")
-    client = node.create_client(Trigger, "ask")
+    node, client = _client(play)
 
     async def call() -> None:
         play.say("client", "calls")
@@ -108,8 +114,7 @@ def a_handler_that_raises_leaves_its_call_and_no_other_without_an_answer(play: P
             raise ValueError("in a service")
         return response
 
-    play.node("server").create_service(Trigger, "ask", answer)
-    client = play.node("client").create_client(Trigger, "ask")
+    _, client = _client(play, answer)
     calls = [client.call_async(Trigger.Request()) for _ in range(2)]
     play.settle()
     play.say("client", [call.done() for call in calls])
@@ -122,26 +127,22 @@ def an_async_handler_that_raises_after_waiting(play: Play) -> None:
         await gate
         raise ValueError("after waiting")
 
-    play.node("server").create_service(Trigger, "ask", answer)
-    client = play.node("client").create_client(Trigger, "ask")
+    _, client = _client(play, answer)
     call = client.call_async(Trigger.Request())
     play.settle()
-    gate.set_result(None)
-    play.settle()
+    play.release(gate)
     play.say("client", call.done())
 
 
 def an_answer_of_the_wrong_type(play: Play) -> None:
-    play.node("server").create_service(Trigger, "ask", lambda *_: "no response")
-    client = play.node("client").create_client(Trigger, "ask")
+    _, client = _client(play, lambda *_: "no response")
     call = client.call_async(Trigger.Request())
     play.settle()
     play.say("client", call.done())
 
 
 def a_call_that_is_cancelled_gets_no_answer(play: Play) -> None:
-    _offer(play, play.node("server"))
-    client = play.node("client").create_client(Trigger, "ask")
+    _, client = _client(play)
     call = client.call_async(Trigger.Request())
     call.add_done_callback(lambda f: play.say("client", f"done: {f.cancelled()} {f.result()}"))
     call.cancel()
@@ -149,8 +150,7 @@ def a_call_that_is_cancelled_gets_no_answer(play: Play) -> None:
 
 
 def a_request_that_is_forgotten_gets_no_answer(play: Play) -> None:
-    _offer(play, play.node("server"))
-    client = play.node("client").create_client(Trigger, "ask")
+    _, client = _client(play)
     call = client.call_async(Trigger.Request())
     client.remove_pending_request(call)
     play.settle()
@@ -158,9 +158,7 @@ def a_request_that_is_forgotten_gets_no_answer(play: Play) -> None:
 
 
 def a_client_destroyed_before_its_answer(play: Play) -> None:
-    _offer(play, play.node("server"))
-    node = play.node("client")
-    client = node.create_client(Trigger, "ask")
+    node, client = _client(play)
     call = client.call_async(Trigger.Request())
     node.destroy_client(client)
     play.settle()
@@ -189,8 +187,7 @@ def a_service_made_later_does_not_hear_earlier_calls(play: Play) -> None:
 
 
 def a_call_from_the_answer_of_a_call(play: Play) -> None:
-    _offer(play, play.node("server"))
-    client = play.node("client").create_client(Trigger, "ask")
+    _, client = _client(play)
 
     def again(future: Future) -> None:
         message = future.result().message

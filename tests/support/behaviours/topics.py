@@ -10,7 +10,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.task import Future
 from std_msgs.msg import Int64
 
-from tests.support.two_executors import Play, loose
+from tests.support.two_executors import Play
 
 LATCHED = QoSProfile(depth=3, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -94,22 +94,18 @@ def a_chain_over_topics(play: Play) -> None:
 
 
 def a_callback_that_publishes_to_itself_until_it_has_enough(play: Play) -> None:
-    node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
     def echo(message: Any) -> None:
         play.say("a", message.data)
         if message.data < 10:
-            publisher.publish(Int64(data=message.data + 1))
+            publish(message.data + 1)
 
-    node.create_subscription(Int64, "count", echo, 10)
-    publisher.publish(Int64())
+    publish = play.pipe(play.node("a"), echo)
+    publish(0)
     play.settle()
 
 
 def what_comes_with_a_message(play: Play) -> None:
     node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
 
     def with_info(message: Any, info: dict[str, Any]) -> None:
         play.say("a", (message.data, sorted(info)))
@@ -117,24 +113,19 @@ def what_comes_with_a_message(play: Play) -> None:
     def raw(data: bytes) -> None:
         play.say("raw", deserialize_message(data, Int64).data)
 
-    node.create_subscription(Int64, "count", loose(with_info), 10)
+    publish = play.pipe(node, with_info)
     node.create_subscription(Int64, "count", raw, 10, raw=True)
-    publisher.publish(Int64(data=7))
+    publish(7)
     play.settle()
 
 
 def a_callback_that_raises_is_called_for_the_next_message(play: Play) -> None:
-    node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
     def fail(message: Any) -> None:
         play.say("a", message.data)
         if message.data % 2:
             raise ValueError(f"odd: {message.data}")
 
-    node.create_subscription(Int64, "count", fail, 10)
-    for number in range(4):
-        publisher.publish(Int64(data=number))
+    play.pipe(play.node("a"), fail)(*range(4))
     play.settle()
 
 
@@ -147,8 +138,6 @@ def an_async_callback_in_a_reentrant_group_takes_the_next_message(play: Play) ->
 
 
 def _two_messages_to_an_async_callback(play: Play, group: Any) -> None:
-    node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
     gates: dict[int, Future] = {1: Future(), 2: Future()}
 
     async def hear(message: Any) -> None:
@@ -156,15 +145,11 @@ def _two_messages_to_an_async_callback(play: Play, group: Any) -> None:
         await gates[message.data]
         play.say("a", f"{message.data} ends")
 
-    node.create_subscription(Int64, "count", loose(hear), 10, callback_group=group)
-    for number in gates:
-        publisher.publish(Int64(data=number))
+    play.pipe(play.node("a"), hear, callback_group=group)(*gates)
     play.settle()
     play.say("a", "the second may end")
-    gates[2].set_result(None)
-    play.settle()
-    gates[1].set_result(None)
-    play.settle()
+    play.release(gates[2])
+    play.release(gates[1])
 
 
 def a_subscription_destroyed_in_its_callback_hears_no_more(play: Play) -> None:

@@ -6,6 +6,7 @@ import json
 import pickle
 import re
 import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -13,10 +14,11 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from tests.support.fuzz import xml_missions
+from tests.support.fuzz import verdict, xml_missions
 from tests.support.fuzz.finding import Case
 from tests.support.fuzz.large import large
 from tests.support.fuzz.structure import Pool, change, is_node, names_in, slots, supply
+from tests.support.fuzz.targets import Target
 from tests.support.project import ROOT
 
 CORPUS = ROOT / "tests/fuzz/corpus"
@@ -37,59 +39,13 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _RAW = re.compile(r"""(?P<quote>["'])@RAW@(.*?)@(?P=quote)""")
 _WORD = re.compile(r"[A-Za-z_$.0-9]+")
+_SYMBOLS = "$ ${ } { [ ] : - & * ! | > # ' \" \\ % @ ` ? --- ... ~ = == (((  ))) [[[ {{{ ,"
+_WORDS = (
+    "1e999 .nan -1 2**99 true sin( uniform(0,1) x.y $speed turn wait do name outputs timeout é 前"
+)
 _PIECES = (
-    *[
-        "$",
-        "${",
-        "}",
-        "{",
-        "[",
-        "]",
-        ":",
-        "-",
-        "&",
-        "*",
-        "!",
-        "|",
-        ">",
-        "#",
-        "'",
-        '"',
-        "\\",
-        "%",
-        "@",
-        "`",
-        "?",
-        "---",
-        "...",
-        "~",
-        "=",
-        "==",
-        "1e999",
-        ".nan",
-        "-1",
-        "2**99",
-        "true",
-    ],
-    *[
-        "sin(",
-        "uniform(0,1)",
-        "x.y",
-        "$speed",
-        "turn",
-        "wait",
-        "do",
-        "name",
-        "outputs",
-        "timeout",
-        "(((",
-        ")))",
-        "[[[",
-        "{{{",
-        ",",
-        "é",
-        "前",
-    ],
+    *_SYMBOLS.split(),
+    *_WORDS.split(),
     *(
         "\n",
         "  ",
@@ -174,19 +130,25 @@ def prepare(folder: Path) -> None:
     (folder / "outside.yaml").symlink_to(ROOT / "pyproject.toml")
 
 
-def case(samples: Corpus, seed: int, number: int) -> Case:
+def samples(known: Corpus) -> Iterator[Case]:
+    """Yield what is sound."""
+    for name, texts in (("m.yaml", known.texts), ("m.xml", known.xml)):
+        yield from (Case(name, text.encode()) for text in texts)
+
+
+def case(known: Corpus, seed: int, number: int) -> Case:
     """Return a mutated mission file."""
     rng = Random(f"{seed}/{number}")
     if rng.random() < LARGE_SHARE:
         return Case("m.yaml", large(rng).encode())
     if rng.random() < XML_SHARE:
-        name, text = "m.xml", xml_missions.mutated(rng, rng.choice(samples.xml))
+        name, text = "m.xml", xml_missions.mutated(rng, rng.choice(known.xml))
     elif rng.random() < 0.65:
-        name, text = "m.yaml", _structural(rng, samples)
+        name, text = "m.yaml", _structural(rng, known)
         if rng.random() < 0.1:
             text = _textual(rng, text)
     else:
-        name, text = "m.yaml", _textual(rng, rng.choice(samples.texts))
+        name, text = "m.yaml", _textual(rng, rng.choice(known.texts))
     contents = text.encode("utf-8", "surrogatepass")
     return Case(name, _with_bytes(rng, contents) if rng.random() < 0.02 else contents)
 
@@ -215,28 +177,11 @@ def _dumped(rng: Random, data: Any) -> str:
 
 def _textual(rng: Random, text: str) -> str:
     for _ in range(rng.choice((1, 1, 2, 3, 4))):
-        start = rng.randrange(len(text) + 1)
-        stop = min(len(text), start + rng.randint(0, 30))
-        match rng.randrange(7):
-            case 0:
-                text = text[:start] + rng.choice(_PIECES) + text[start:]
-            case 1:
-                text = text[:start] + text[stop:]
-            case 2:
-                text = text[:start] + text[start:stop] * rng.choice((2, 3, 50)) + text[stop:]
-            case 3:
-                text = _with_word(rng, text)
-            case _:
-                text = "\n".join(_with_lines(rng, text.split("\n")))
+        if rng.random() < 0.6:
+            text = xml_missions.edited(rng, text, _PIECES, _WORD)
+        else:
+            text = "\n".join(_with_lines(rng, text.split("\n")))
     return text
-
-
-def _with_word(rng: Random, text: str) -> str:
-    words = [match.span() for match in _WORD.finditer(text)]
-    if not words:
-        return text
-    (a, b), (c, d) = rng.choice(words), rng.choice(words)
-    return text[:a] + rng.choice((text[c:d], rng.choice(_PIECES))) + text[b:]
 
 
 def _with_lines(rng: Random, lines: list[str]) -> list[str]:
@@ -259,3 +204,6 @@ def _with_bytes(rng: Random, contents: bytes) -> bytes:
         if spoilt:
             spoilt[rng.randrange(len(spoilt))] = rng.randrange(256)
     return bytes(spoilt)
+
+
+TARGET = Target(corpus, samples, case, verdict.judge, prepare)

@@ -34,10 +34,10 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.revision import Revision
 from bt_mission.ros.control_services import MOST_BREAKPOINTS, ControlServices
 from bt_mission.sessions.served_missions import ServedMissions
-from tests.support.fuzz.finding import Case, Finding, Verdict, crash
+from tests.support.fuzz.finding import Case, Verdict
 from tests.support.fuzz.goals import missions
 from tests.support.fuzz.graph import Graph
-from tests.support.fuzz.program import Program
+from tests.support.fuzz.program import ProgramPlay
 from tests.support.fuzz.targets import Target
 from tests.support.project import ROOT
 
@@ -47,27 +47,9 @@ NAMES = (
     *("x" * 2_000, "é", "\x1b[2J", "a\nb", "0.0.0.0.0", "explore_forward", "../..", "\x00", "wait"),
 )
 PATHS = (
-    *(
-        "square",
-        "square.yaml",
-        "missions/square.yaml",
-        "",
-        "../../etc/passwd",
-        "/dev/zero",
-        ".",
-        "/",
-    ),
-    *(
-        "loop.yaml",
-        "folder.yaml",
-        "outside.yaml",
-        "m.xml",
-        "x" * 5_000,
-        "a\x00b",
-        "é.yaml",
-        "~",
-        "*",
-    ),
+    *("square", "square.yaml", "missions/square.yaml", "", "../../etc/passwd", "/dev/zero", "."),
+    *("/", "loop.yaml", "folder.yaml", "outside.yaml", "m.xml", "x" * 5_000, "a\x00b", "é.yaml"),
+    *("~", "*"),
 )
 TEXTS = (
     "mission: m\ntree: {wait: 1}\n",
@@ -81,33 +63,14 @@ TEXTS = (
     "x" * 10_000,
 )
 INPUTS = (
-    "angle=45",
-    "angle=",
-    "=",
-    "angle",
-    "angle=.nan",
-    "x=1",
-    "angle=[1, 2]",
+    *("angle=45", "angle=", "=", "angle", "angle=.nan", "x=1", "angle=[1, 2]"),
     "angle=" + "9" * 400,
 )
 SEEDS = (-1, 0, 7, -2, 2**31 - 1, -(2**31), 2**62)
 VALUES: tuple[Any, ...] = (
     *(0, 1, -1, 2**62, -(2**62), 0.0, 0.5, -0.5, 1e308, float("nan"), float("inf"), -float("inf")),
-    *(
-        True,
-        False,
-        "",
-        "refuse",
-        "replace",
-        "x" * 5_000,
-        "é",
-        [1, 2],
-        [0.5],
-        ["a"],
-        [True],
-        [b"\xff"],
-    ),
-    None,
+    *(True, False, "", "refuse", "replace", "x" * 5_000, "é", None),
+    *([1, 2], [0.5], ["a"], [True], [b"\xff"]),
 )
 SETTLING_TICKS = 200
 LONGEST = 80
@@ -151,11 +114,11 @@ def _parameters() -> RobotNode:
     return made
 
 
-class Play:
+class Play(ProgramPlay):
     """An executive's services, and who uses them."""
 
     def __init__(self, contents: bytes) -> None:
-        self.program = Program(contents)
+        super().__init__(contents)
         self.node = _Node()
         self.executive: Executive | None = None
         self.graph: Graph | None = None
@@ -169,10 +132,8 @@ class Play:
             (Path("served").resolve(),) if self.program.chance(0.8) else (),
             allow_text=self.program.chance(0.8),
         )
-        self.log: list[str] = []
 
     def run(self) -> None:
-        """Do what the program says."""
         acts = (
             *(self._begin, self._tick, self._tick, self._tick, self._call, self._call),
             *(self._call, self._call, self._call, self._goal, self._set),
@@ -317,13 +278,9 @@ def prepare(folder: Path) -> None:
 def judge(path: Path) -> Verdict:
     """Play a program: no exception, and every answer has words and is true."""
     play = Play(path.read_bytes())
-    try:
-        play.run()
-    except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
-        crashed = crash(error)
-        kind = str(error) if isinstance(error, AssertionError) else crashed.kind
-        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], crashed.text])))
-    return Verdict(any(": True" in line for line in play.log), inputs=max(len(play.log), 1))
+    finding = play.finding()
+    is_accepted = finding is None and any(": True" in line for line in play.log)
+    return Verdict(is_accepted, finding=finding, inputs=max(len(play.log), 1))
 
 
 def samples(_: None) -> Iterator[Case]:
@@ -335,11 +292,8 @@ def samples(_: None) -> Iterator[Case]:
 def case(_: None, seed: int, number: int) -> Case:
     """Return a program."""
     rng = Random(f"{seed}/{number}")
-    return Case(
-        "m.controls",
-        bytes((rng.randrange(256), 0, 0, rng.randrange(256), 1))
-        + rng.randbytes(rng.randint(5, LONGEST)),
-    )
+    begin = bytes((rng.randrange(256), 0, 0, rng.randrange(256), 1))
+    return Case("m.controls", begin + rng.randbytes(rng.randint(5, LONGEST)))
 
 
 TARGET = Target(lambda: None, samples, case, judge, prepare)

@@ -16,10 +16,7 @@ from bt_mission.language.expressions.values import ExpressionError, Type, fits, 
 from bt_mission.language.follow import Follow
 from bt_mission.language.message_types import UnknownField, field_at, value_type
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes.base import (
-    NodeModel,
-    Written,
-)
+from bt_mission.language.nodes.base import NodeModel, Written
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import SetNode
 from bt_mission.ros import interface_types

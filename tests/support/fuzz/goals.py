@@ -1,7 +1,7 @@
 """What action servers and foreign peers answer to a mission: late, twice, wrong, or for others.
 
 A case is a program of bytes. Each says what happens next; what it needs more is read from those
-behind it. So a case is made smaller by leaving bytes out.
+behind it.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from bt_mission.sessions.load import load
 from tests.support.fuzz.finding import Case, Finding, Verdict, crash
 from tests.support.fuzz.graph import Graph, messages
 from tests.support.fuzz.peer import Peer
+from tests.support.fuzz.program import SHOWN, ProgramPlay
 from tests.support.fuzz.targets import Target
 
 MISSIONS = (
@@ -111,52 +112,41 @@ class PeerGraph(Graph):
         return client
 
 
-class Play:
+class Play(ProgramPlay):
     """A mission, and what happens to it."""
 
-    def __init__(self, program: bytes) -> None:
-        self._program = iter(program)
-        mission = missions()[self._byte() % len(MISSIONS)]
+    def __init__(self, contents: bytes) -> None:
+        super().__init__(contents)
+        mission = self.program.pick(missions())
         self.graph = PeerGraph(mission)
         self.executive = Executive(build_tree(mission, self.graph.scope), self.graph, Trace())
         self.succeeded: set[bytes] = set()
         """Goals whose success was told by somebody who answered the right request."""
         self.accepted: set[bytes] = set()
-        self.log: list[str] = []
+        self.ends = False
 
     def run(self) -> None:
-        """Do what the program says, and look after each step whether all is well."""
         acts: tuple[Callable[[], str], ...] = (
             *(self._tick, self._tick, self._answer, self._answer, self._feedback, self._feedback),
             *(self._result, self._result, self._cancel, self._status, self._vanish, self._hold),
         )
-        for byte in self._program:
-            act = acts[byte % len(acts)]
-            self.log.append(act())
+        while self.program:
+            self.log.append(self.program.pick(acts)())
             self._look()
-
-    def settle(self) -> bool:
-        """End the mission; give whether it ends once all is answered, or time has passed."""
         self.executive.interrupt("enough")
         for _ in range(SETTLING_TICKS):
             if self.executive.is_done:
-                return True
+                self.ends = True
+                return
             self.graph.now_ns += 5 * 10**8
             for client in self.graph.peers:
                 client.tasks.run()
             self.executive.tick()
-        return False
 
     # ---- what can happen -----------------------------------------------------------------
 
-    def _byte(self) -> int:
-        return next(self._program, 0)
-
-    def _pick(self, choices: Any) -> Any:
-        return choices[self._byte() % len(choices)]
-
     def _tick(self) -> str:
-        self.graph.now_ns = max(self.graph.now_ns + self._pick(STEPS_NS), 10**9)
+        self.graph.now_ns = max(self.graph.now_ns + self.program.pick(STEPS_NS), 10**9)
         for client in self.graph.peers:
             client.tasks.run()
         self.executive.tick()
@@ -165,31 +155,31 @@ class Play:
     def _request(self, client: Peer, kind: str) -> tuple[int, Any]:
         """A request that was sent, or one that never was."""
         sent = client.requests.sent[kind]
-        byte = self._byte()
+        byte = self.program.byte()
         if not sent or byte > 240:
             return byte + 1_000_000, None
         return sent[-1 - byte % min(len(sent), 4)]
 
     def _answer(self) -> str:
-        client, flag = self._pick(self.graph.peers), self._byte()
+        client, flag = self.program.pick(self.graph.peers), self.program.byte()
         number, asked = self._request(client, "goal")
         answer = client.types.Impl.SendGoalService.Response(accepted=flag % 4 != 0)
-        answer.stamp.sec = self._pick((0, 5, -(2**31), 2**31 - 1))
+        answer.stamp.sec = self.program.pick((0, 5, -(2**31), 2**31 - 1))
         if asked is not None and answer.accepted:
             self.accepted.add(bytes(asked.goal_id.uuid))
         client.deliver("goal", (number, answer))
         return f"answer to goal request {number}: accepted {answer.accepted}"
 
     def _goal_id(self, client: Peer) -> bytes:
-        byte = self._byte()
+        byte = self.program.byte()
         known = list(client.goals)
         if byte % 4 == 3 or not known:
-            return self._pick((EMPTY, b"\xff" * 16, hashlib.md5(bytes([byte])).digest()))  # noqa: S324 - no secret
+            return self.program.pick((EMPTY, b"\xff" * 16, hashlib.md5(bytes([byte])).digest()))  # noqa: S324 - no secret
         return bytes(known[-1 - byte // 4 % min(len(known), 4)])
 
     def _feedback(self) -> str:
-        client = self._pick(self.graph.peers)
-        goal_id, content = self._goal_id(client), self._pick(messages(client.types.Feedback))
+        client = self.program.pick(self.graph.peers)
+        goal_id, content = self._goal_id(client), self.program.pick(messages(client.types.Feedback))
         message = client.types.Impl.FeedbackMessage(
             goal_id=UUID(uuid=list(goal_id)), feedback=content
         )
@@ -200,9 +190,9 @@ class Play:
         return f"feedback for {goal_id.hex()[:8]}"
 
     def _result(self) -> str:
-        client, status = self._pick(self.graph.peers), self._pick(STATUSES)
+        client, status = self.program.pick(self.graph.peers), self.program.pick(STATUSES)
         number, asked = self._request(client, "result")
-        result = self._pick(messages(client.types.Result))
+        result = self.program.pick(messages(client.types.Result))
         answer = client.types.Impl.GetResultService.Response(status=status, result=result)
         if asked is not None and status == Final.SUCCEEDED:
             self.succeeded.add(bytes(asked.goal_id.uuid))
@@ -210,12 +200,12 @@ class Play:
         return f"result for request {number}: status {status}"
 
     def _cancel(self) -> str:
-        client, code = self._pick(self.graph.peers), self._pick(CODES)
+        client, code = self.program.pick(self.graph.peers), self.program.pick(CODES)
         number, asked = self._request(client, "cancel")
         answer = client.types.Impl.CancelGoalService.Response(return_code=code)
-        ids = [self._goal_id(client) for _ in range(self._byte() % 4)]
+        ids = [self._goal_id(client) for _ in range(self.program.byte() % 4)]
         if asked is not None:
-            ids += [bytes(asked.goal_info.goal_id.uuid)] * (self._byte() % 3)
+            ids += [bytes(asked.goal_info.goal_id.uuid)] * (self.program.byte() % 3)
         answer.goals_canceling = [_info(goal) for goal in ids]
         if asked is not None and (ids or code == 3):
             self.accepted.add(bytes(asked.goal_info.goal_id.uuid))
@@ -223,19 +213,21 @@ class Play:
         return f"answer to cancel {number}: code {code}, {len(ids)} goals"
 
     def _status(self) -> str:
-        client = self._pick(self.graph.peers)
-        ids = [self._goal_id(client) for _ in range(self._byte() % 6)]
-        statuses = [GoalStatus(goal_info=_info(goal), status=self._pick(STATUSES)) for goal in ids]
+        client = self.program.pick(self.graph.peers)
+        ids = [self._goal_id(client) for _ in range(self.program.byte() % 6)]
+        statuses = [
+            GoalStatus(goal_info=_info(goal), status=self.program.pick(STATUSES)) for goal in ids
+        ]
         client.deliver("status", GoalStatusArray(status_list=statuses))
         return f"status of {len(statuses)} goals"
 
     def _vanish(self) -> str:
-        client = self._pick(self.graph.peers)
-        client.requests.is_there = self._byte() % 3 != 0
+        client = self.program.pick(self.graph.peers)
+        client.requests.is_there = self.program.byte() % 3 != 0
         return f"the server is {'there' if client.requests.is_there else 'gone'}"
 
     def _hold(self) -> str:
-        match self._byte() % 6:
+        match self.program.byte() % 6:
             case 0:
                 self.executive.interrupt("stopped")
                 return "interrupt"
@@ -275,16 +267,12 @@ def _info(goal_id: bytes) -> GoalInfo:
 def judge(path: Path) -> Verdict:
     """Play a program: no exception, an end, and each goal that did not end is named."""
     play = Play(path.read_bytes())
-    try:
-        play.run()
-        is_done = play.settle()
-    except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
-        crashed = crash(error)
-        kind = str(error) if isinstance(error, AssertionError) else crashed.kind
-        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-30:], crashed.text])))
+    finding = play.finding()
+    if finding is not None:
+        return Verdict(False, finding=finding)
     executive = play.executive
-    lines = "\n".join(play.log[-30:])
-    if not is_done:
+    lines = "\n".join(play.log[-SHOWN:])
+    if not play.ends:
         return Verdict(True, finding=Finding("the mission does not end", lines))
     alive = sum(1 for goal in play.goals() if goal.phase is not Phase.ENDED)
     if alive != len(executive.goals_left_behind):

@@ -130,15 +130,6 @@ def _lists(rng: Random, count: int) -> str:
 
 
 SHAPES: tuple[Callable[[Random, int], str], ...] = (
-    _wide,
-    _deep,
-    _chain,
-    _doubling,
-    _long_text,
-    _aliases,
-    _inputs,
-    _outputs,
-    _names,
-    _keys,
-    _lists,
+    *(_wide, _deep, _chain, _doubling, _long_text, _aliases),
+    *(_inputs, _outputs, _names, _keys, _lists),
 )

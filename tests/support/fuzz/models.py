@@ -29,18 +29,7 @@ from tests.support.robot_models import MODELLED, write_model
 
 _NUMBERS = ("0", "-1", "1e-12", "1e9", "1e11", "-0", "1e999", "nan", "0x10", "1,5", "9" * 400)
 _WORDS = (
-    "",
-    "true",
-    "none",
-    "mesh",
-    "ball",
-    "free",
-    "plane",
-    "box",
-    "capsule",
-    "hfield",
-    "sdf",
-    "é",
+    *("", "true", "none", "mesh", "ball", "free", "plane", "box", "capsule", "hfield", "sdf", "é"),
 )
 _TAGS = (
     *("body", "geom", "joint", "freejoint", "site", "camera", "light", "inertial", "frame"),
@@ -50,19 +39,19 @@ _TAGS = (
     *("include", "replicate", "composite", "attach", "plugin", "size", "option", "flag", "visual"),
 )
 _KEYS = (
+    *("name", "class", "childclass", "type", "pos", "quat", "euler", "axisangle", "xyaxes"),
     *(
-        "name",
-        "class",
-        "childclass",
-        "type",
-        "pos",
-        "quat",
-        "euler",
-        "axisangle",
-        "xyaxes",
         "zaxis",
+        "size",
+        "fromto",
+        "mass",
+        "density",
+        "range",
+        "ref",
+        "springref",
+        "damping",
+        "stiffness",
     ),
-    *("size", "fromto", "mass", "density", "range", "ref", "springref", "damping", "stiffness"),
     *("armature", "frictionloss", "margin", "gap", "solref", "solimp", "condim", "contype"),
     *("gear", "kp", "kv", "dampratio", "ctrlrange", "forcerange", "actrange", "dyntype", "gainprm"),
     *("joint", "joint1", "joint2", "body1", "body2", "site", "mesh", "material", "file", "scale"),

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import TypeVar
 
+from tests.support.fuzz.finding import Finding, crash
+
 T = TypeVar("T")
+SHOWN = 30
+"""Steps of a program that a finding shows."""
 
 
 class Program:
@@ -33,3 +38,33 @@ class Program:
     def chance(self, share: float) -> bool:
         """Return true in so many cases, as a share of 1."""
         return self.byte() < 256 * share
+
+
+class ProgramPlay(ABC):
+    """What a program does to the product; `log` has a line for each step."""
+
+    def __init__(self, contents: bytes) -> None:
+        self.program = Program(contents)
+        self.log: list[str] = []
+        self.is_refused = False
+
+    @abstractmethod
+    def run(self) -> None:
+        """Do what the program says, and check the product after each step."""
+
+    def is_clear(self, error: Exception) -> bool:
+        """Tell whether an exception is a refusal that people understand."""
+        return False
+
+    def finding(self) -> Finding | None:
+        """Run; return an exception as a finding, with the steps that led to it."""
+        try:
+            self.run()
+        except Exception as error:  # noqa: BLE001 - any exception is what the hunt looks for
+            self.is_refused = self.is_clear(error)
+            if self.is_refused:
+                return None
+            crashed = crash(error)
+            kind = str(error) if isinstance(error, AssertionError) else crashed.kind
+            return Finding(kind, "\n".join([*self.log[-SHOWN:], crashed.text]))
+        return None

@@ -35,8 +35,8 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.core.stamps import set_ns
 from bt_mission.language.message_types import ListOf, MessageShape, Scalar, Shape
 from bt_mission.ros import interface_types
-from tests.support.fuzz.finding import Case, Finding, Verdict, crash
-from tests.support.fuzz.program import Program
+from tests.support.fuzz.finding import Case, Verdict
+from tests.support.fuzz.program import ProgramPlay
 from tests.support.fuzz.targets import Target
 
 S = 1_000_000_000
@@ -112,11 +112,11 @@ def _check_positions(_names: Any, positions: Any, *_: Any) -> None:
     assert all(map(math.isfinite, positions)), "a position that is no number"
 
 
-class Play:
+class Play(ProgramPlay):
     """The servers of one robot, and what happens to them."""
 
     def __init__(self, contents: bytes) -> None:
-        self.program = Program(contents)
+        super().__init__(contents)
         self.node = _Node()
         robot: Any = _robot()
         self.sensors = SensorSubscriptions(self.node, SensorWiring(), robot)  # type: ignore[arg-type]
@@ -133,19 +133,17 @@ class Play:
             joints=SimpleNamespace(send=_check_positions),
         )
         self.pilot = Pilot(
-            self.sensors.observe,
-            self._command,
-            Governor(robot),
-            replaces=self.program.chance(0.8),
+            self.sensors.observe, self._command, Governor(robot), replaces=self.program.chance(0.8)
         )
         self.actions = tuple(served(action(name), self.context) for name in declared())
-        self.log: list[str] = []
         self.running: list[ManeuverRun] = []
         for kind in (Odometry, LaserScan, OccupancyGrid, TFMessage, JointState):
             self._deliver(kind, serialize_message(self._sane(kind)))
 
+    def is_clear(self, error: Exception) -> bool:
+        return isinstance(error, BtMissionError) or str(error).startswith(_CLEAR)
+
     def run(self) -> None:
-        """Do what the program says."""
         acts = (
             *(self._goal, self._step, self._step, self._step, self._sense, self._sense),
             *(self._sense_sane, self._sense_sane, self._interrupt),
@@ -183,7 +181,7 @@ class Play:
             self.log.append(f"{action.name} {outcome.status}: {outcome.reason[:200]}")
             serialize_message(self._filled(action.type.Result(), outcome.result or {}))
             cause = outcome.cause
-            if cause is not None and not _is_clear(cause):
+            if cause is not None and not self.is_clear(cause):
                 raise cause
 
         run = ManeuverRun(planned, on_feedback, on_end, part=action.part)
@@ -322,22 +320,12 @@ class Play:
         assert abs(twist.angular) <= robot.max_angular_velocity, "a turn that is too fast"
 
 
-def _is_clear(cause: Exception) -> bool:
-    return isinstance(cause, BtMissionError) or str(cause).startswith(_CLEAR)
-
-
 def judge(path: Path) -> Verdict:
     """Play a program: no exception but for what people can understand, and no wrong command."""
     play = Play(path.read_bytes())
-    try:
-        play.run()
-    except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
-        if _is_clear(error):
-            return Verdict(accepted=False, inputs=len(play.log) + 1)
-        crashed = crash(error)
-        kind = str(error) if isinstance(error, AssertionError) else crashed.kind
-        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], crashed.text])))
-    return Verdict(any(" began" in line for line in play.log), inputs=len(play.log))
+    finding = play.finding()
+    is_accepted = not (finding or play.is_refused) and any(" began" in line for line in play.log)
+    return Verdict(is_accepted, finding=finding, inputs=len(play.log) + play.is_refused)
 
 
 def samples(_: None) -> Iterator[Case]:

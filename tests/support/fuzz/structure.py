@@ -107,7 +107,7 @@ def is_node(value: Any) -> bool:
 
 
 def names_in(data: Any) -> tuple[str, ...]:
-    """Return the variables that a mission speaks of."""
+    """Return the variables of a mission."""
     return tuple(_names(data))
 
 
@@ -130,7 +130,8 @@ def change(rng: Random, data: Any, pool: Pool, *, gently: bool = False) -> None:
 def supply(rng: Random, data: Any, pool: Pool) -> None:
     """Give what is read and never written a value, as an input."""
     known = names_in(data)
-    read = _READ.findall(" ".join(slot.value for slot in slots(data) if _is_text(slot.value)))
+    texts = [slot.value for slot in slots(data) if isinstance(slot.value, str)]
+    read = _READ.findall(" ".join(texts))
     wanted = [name for name in dict.fromkeys(read) if name in pool.names and name not in known]
     if wanted and isinstance(data.get("inputs", {}), dict):
         values = {name: copy.deepcopy(rng.choice(INPUTS)) for name in wanted}
@@ -140,25 +141,9 @@ def supply(rng: Random, data: Any, pool: Pool) -> None:
 
 _READ = re.compile(r"[A-Za-z_]\w*")
 INPUTS: tuple[Any, ...] = (
-    0,
-    1,
-    2,
-    3.5,
-    -1,
-    0.25,
-    90,
-    True,
-    False,
-    "a",
-    [1, 2, 3],
-    [0.5, 1, 90],
-    [[1, 2, 3]],
-    [],
+    *(0, 1, 2, 3.5, -1, 0.25, 90, True, False, "a"),
+    *([1, 2, 3], [0.5, 1, 90], [[1, 2, 3]], []),
 )
-
-
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
 
 
 def _spoil(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
@@ -179,21 +164,9 @@ def _compute(rng: Random, data: Any, places: list[Slot], _pool: Pool) -> None:
     slot.put(f"now ${{{text}}}" if slot.key == "log" else text)
 
 
-_COMPUTED = frozenset(
-    [
-        "guard",
-        "when",
-        "check",
-        "wait",
-        "timeout",
-        "count",
-        "attempts",
-        "pause",
-        "angle",
-        "cancel_when",
-        "until",
-        "log",
-    ]
+_COMPUTED = (
+    *("guard", "when", "check", "wait", "timeout", "count", "attempts", "pause", "angle"),
+    *("cancel_when", "until", "log"),
 )
 
 
@@ -289,13 +262,11 @@ def _nudge(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
 
 _Change = Callable[[Random, Any, list[Slot], Pool], None]
 _GENTLE: dict[_Change, int] = {
-    _compute: 6,
+    **dict.fromkeys((_compute, _splice), 6),
+    **dict.fromkeys((_nudge, _unwrap), 3),
+    _wrap: 4,
     _double: 2,
     _shuffle: 1,
-    _splice: 6,
-    _wrap: 4,
-    _nudge: 3,
-    _unwrap: 3,
 }
 _ANY: dict[_Change, int] = {
     **dict.fromkeys((_spoil, _modify, _delete, _rename, _swap, _share, _include), 1),

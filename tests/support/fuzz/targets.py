@@ -11,13 +11,8 @@ from typing import Any
 from tests.support.fuzz.finding import Case, Verdict
 
 MODULES = {
-    "missions": "missions",
-    "recordings": "recordings",
-    "trees": "trees",
-    "goals": "goals",
-    "controls": "controls",
-    "servers": "servers",
-    "models": "models",
+    "missions": "cases",
+    **{name: name for name in ("recordings", "trees", "goals", "controls", "servers", "models")},
 }
 """The module of each target; they are imported late, since most take ROS."""
 
@@ -56,8 +51,7 @@ class Target:
 
 def target(name: str) -> Target:
     """Return a target by its name."""
-    module = import_module(f"tests.support.fuzz.{MODULES[name]}")
-    declared = module.TARGET
+    declared = import_module(f"tests.support.fuzz.{MODULES[name]}").TARGET
     assert isinstance(declared, Target)
     return declared
 

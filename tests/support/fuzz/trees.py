@@ -25,27 +25,11 @@ MADE_SHARE, YAML_SHARE = 0.4, 0.1
 DEEPEST = 6
 VALUES = (
     *("0", "1", "-1", "3", "0.5", "500", "true", "false", "{x}", "{y}", "turn", "x; y", "", "-5.0"),
-    *(
-        "1e999",
-        "nan",
-        "{",
-        "9" * 400,
-        "a := 1; b := a + 1",
-        "x > 2 && y",
-        "0;0;1.57",
-        "é",
-        "json:{}",
-    ),
+    *("1e999", "nan", "{", "9" * 400, "a := 1; b := a + 1", "x > 2 && y", "0;0;1.57", "é"),
+    "json:{}",
 )
 COMMON = (
-    "name",
-    "_skipIf",
-    "_successIf",
-    "_failureIf",
-    "_while",
-    "_onSuccess",
-    "_post",
-    "_onHalted",
+    *("name", "_skipIf", "_successIf", "_failureIf", "_while", "_onSuccess", "_post", "_onHalted"),
 )
 
 

@@ -88,17 +88,21 @@ def _change_attribute(rng: Random, root: ET.Element) -> None:
 
 def _textual(rng: Random, text: str) -> str:
     for _ in range(rng.choice((1, 1, 2, 3))):
-        start = rng.randrange(len(text) + 1)
-        stop = min(len(text), start + rng.randint(0, 30))
-        spans = [match.span() for match in _SPAN.finditer(text)]
-        match rng.randrange(4):
-            case 0:
-                text = text[:start] + rng.choice(_PIECES) + text[start:]
-            case 1:
-                text = text[:start] + text[stop:]
-            case 2:
-                text = text[:start] + text[start:stop] * rng.choice((2, 3, 50)) + text[stop:]
-            case _ if spans:
-                (a, b), (c, d) = rng.choice(spans), rng.choice(spans)
-                text = text[:a] + text[c:d] + text[b:]
+        text = edited(rng, text, _PIECES, _SPAN)
     return text
+
+
+def edited(rng: Random, text: str, pieces: tuple[str, ...], words: re.Pattern[str]) -> str:
+    """Return a text with a piece more, a part less, a part repeated, or another word."""
+    start = rng.randrange(len(text) + 1)
+    stop = min(len(text), start + rng.randint(0, 30))
+    match rng.randrange(4):
+        case 0:
+            return text[:start] + rng.choice(pieces) + text[start:]
+        case 1:
+            return text[:start] + text[stop:]
+        case 2:
+            return text[:start] + text[start:stop] * rng.choice((2, 3, 50)) + text[stop:]
+    spans = [match.span() for match in words.finditer(text)] or [(start, stop)]
+    (a, b), (c, d) = rng.choice(spans), rng.choice(spans)
+    return text[:a] + rng.choice((text[c:d], rng.choice(pieces))) + text[b:]

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import find, given, settings
 
 from bt_mission.core.draws import SeededDraws
+from bt_mission.faults import FAULTS
+from bt_mission.faults.drawing import drawn_faults
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine
 from bt_mission.testing.generators.missions import drawn_mission
@@ -17,6 +19,7 @@ from bt_mission.testing.generators.strategies import fault_schedules, missions, 
 from bt_mission.testing.generators.worlds import drawn_world
 from bt_mission.testing.stages import Stages
 from sim.world.loader import load_world
+from tests.support.thorough import sample
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -77,3 +80,36 @@ def test_the_simplest_schedule_that_matters() -> None:
         fault_schedules(), lambda faults: any(planned.name == "freeze" for planned in faults)
     )
     assert repr(fault) == "<at 0.25: freeze scan lasting 0.25>"
+
+
+DRIVES = """\
+mission: drives
+world: empty_arena
+tree:
+  sequence:
+    - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}
+      name: drive
+      cancel_when: current_distance_travelled > 0.6
+      on_cancel: success
+      timeout: 8
+    - turn: {angle: 30}
+      timeout: 8
+"""
+
+
+@pytest.mark.parametrize("name", sample(FAULTS, every=3))
+def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
+    """Whatever it breaks, the mission ends, and no goal is left that nobody names."""
+    draws = SeededDraws(name)
+    faults = next(result for _ in range(99) if (result := drawn_faults(draws, [name], ["drive"])))
+    stages = Stages(tmp_path)
+    try:
+        run = stages.run(DRIVES)
+        stages.plan(run, *faults[:2])
+        try:
+            run.until_done()
+        except RuntimeError as error:
+            assert str(error) == "made by a fault"  # noqa: PT017 - only some of them raise
+        assert run.is_done or name == "raise_in_callback"
+    finally:
+        stages.close()
