@@ -122,6 +122,20 @@ def test_rates_for_programs(ros: Any, type_in: Any) -> None:
     assert data["silent"] is False
 
 
+@pytest.mark.parametrize(
+    ("times_ms", "hz"),
+    [((), None), ((5, 5), None), ((900, 1000, 50, 100), 20.0)],
+    ids=["no message", "several at one instant", "a simulation that was reset"],
+)
+def test_a_rate_needs_times_that_go_on(times_ms: tuple[int, ...], hz: float | None) -> None:
+    """Where time goes back, it begins anew."""
+    meter = RateMeter(10)
+    for at in times_ms:
+        meter.note(at * 1_000_000)
+    rate = meter.read()
+    assert (rate and rate.hz) == (hz and pytest.approx(hz))
+
+
 def test_a_rate_is_that_of_the_window() -> None:
     """Mean, least, most, deviation; all messages are counted."""
     meter = RateMeter(3)
@@ -133,22 +147,3 @@ def test_a_rate_is_that_of_the_window() -> None:
     assert (rate.least_s, rate.most_s) == pytest.approx((0.1, 0.15))
     assert rate.deviation_s == pytest.approx(0.02357, abs=1e-5)
     assert (rate.count, meter.total) == (3, 5)
-
-
-def test_one_message_has_no_rate() -> None:
-    """Nor have several at one instant, as when time stands still."""
-    meter = RateMeter(10)
-    assert meter.read() is None
-    meter.note(5 * 1_000_000)
-    meter.note(5 * 1_000_000)
-    assert meter.read() is None
-
-
-def test_time_that_goes_back_begins_anew() -> None:
-    """A simulation that was reset."""
-    meter = RateMeter(10)
-    for at in (900, 1000, 50, 100):
-        meter.note(at * 1_000_000)
-    rate = meter.read()
-    assert rate is not None
-    assert rate.hz == pytest.approx(20.0)

@@ -155,9 +155,6 @@ def test_what_is_searched_for(base: BaseScenario) -> None:
     """A violated requirement where there are any that are not the search's own."""
     plain = replace(base, mission=replace(base.mission, requirements=()))
     assumed = replace(plain, data={**plain.data, "requirements": {"assumed: x": "always true"}})
-    assert [aim_of(searched, None) for searched in (base, plain, assumed)] == [
-        "violated",
-        "anything",
-        "anything",
-    ]
+    aims = [aim_of(searched, None) for searched in (base, plain, assumed)]
+    assert aims == ["violated", "anything", "anything"]
     assert aim_of(base, "collision") == "collision"

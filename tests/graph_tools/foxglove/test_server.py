@@ -301,18 +301,13 @@ def test_another_protocol_is_refused(path: str, headers: str):
 
 
 def test_a_port_that_is_taken_is_told():
-    """With what to do."""
+    """With what to do; only this machine reaches it, since the protocol knows no password."""
     with served() as it:
+        assert it.server.link.startswith("ws://127.0.0.1:")
         port = int(it.server.link.rpartition(":")[2])
         why = f"--foxglove-port {port}: the port is in use; --foxglove-port "
         with pytest.raises(BtMissionError, match=why):
             FoxgloveServer(it.server.node, port, lambda: 0, print)
-
-
-def test_only_this_machine_reaches_it():
-    """The protocol knows no password."""
-    with served() as it:
-        assert it.server.link.startswith("ws://127.0.0.1:")
 
 
 def test_what_fails_in_the_server_ends_nothing_else(monkeypatch: pytest.MonkeyPatch):

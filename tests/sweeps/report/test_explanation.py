@@ -7,15 +7,14 @@ import random
 import pytest
 
 from bt_mission.sweeps.columns import SweepColumns
-from bt_mission.sweeps.report.explanation import Explainer, results_as_dict, short_between
+from bt_mission.sweeps.report.explanation import results_as_dict, short_between
 from tests.sweeps.rows import failed, row
 
 
-def explained(rows) -> list[str]:
+def explained(rows) -> list[str | None]:
     """What explains each cause, in words."""
-    columns = SweepColumns(rows)
-    explainer = Explainer(columns)
-    return [str(explainer.explain(failure.cause)) for failure in columns.tally.failures]
+    failures = results_as_dict(SweepColumns(rows))["failures"]
+    return [failure["explained_by"] for failure in failures]
 
 
 def drawn(count: int, fails, seed: int = 1):
@@ -61,7 +60,7 @@ def test_what_nature_has_drawn_explains_with_its_unit():
 @pytest.mark.parametrize("seed", range(5))
 def test_chance_explains_nothing(seed):
     """Where failures do not depend on a factor, nothing is said."""
-    assert explained(drawn(100, lambda _, draw: draw.random() < 0.2, seed)) == ["None"]
+    assert explained(drawn(100, lambda _, draw: draw.random() < 0.2, seed)) == [None]
 
 
 def test_identical_runs_are_no_evidence():
@@ -71,21 +70,14 @@ def test_identical_runs_are_no_evidence():
         for seed in range(50)
         for speed in (0, 1)
     ]
-    assert explained(rows) == ["None"]
+    assert explained(rows) == [None]
 
 
 def test_a_single_factor_value_or_failure_explains_nothing():
     """Neither where nothing varies, nor where too little has failed."""
-    assert explained(failed(n, parameters={"speed": 1}, passed=False) for n in range(9)) == ["None"]
+    assert explained(failed(n, parameters={"speed": 1}, passed=False) for n in range(9)) == [None]
     rows = [row(n, parameters={"a": n}) for n in range(50)]
-    assert explained([*rows, failed(50, parameters={"a": 50})]) == ["None"]
-
-
-def test_json_has_the_explanation_of_each_failure():
-    """Or null."""
-    rows = drawn(200, lambda values, _: values["gap"] < 0.4)
-    (failure,) = results_as_dict(SweepColumns(rows))["failures"]
-    assert failure["explained_by"].startswith("100 % of these have gap < 0.4")
+    assert explained([*rows, failed(50, parameters={"a": 50})]) == [None]
 
 
 @pytest.mark.parametrize(

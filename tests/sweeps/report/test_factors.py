@@ -1,12 +1,20 @@
-"""How success depends on what was varied."""
+"""How success depends on what was varied, as numbers and as figures."""
 
 from __future__ import annotations
+
+import json
 
 import numpy as np
 import pytest
 
 from bt_mission.core.statistics import wilson
 from bt_mission.sweeps.columns import SweepColumns
+from bt_mission.sweeps.report.charts import (
+    histogram_figure,
+    pair_figure,
+    plain,
+    success_figure,
+)
 from bt_mission.sweeps.report.factors import (
     MOST_LEVELS,
     MOST_NAMES,
@@ -15,6 +23,7 @@ from bt_mission.sweeps.report.factors import (
     pairs_of,
     round_edges,
 )
+from tests.sweeps.conftest import some_rows
 from tests.sweeps.rows import failed, row
 
 
@@ -56,25 +65,24 @@ def test_of_many_numbers_stretches_are_levels():
     assert made.levels[-1].rate == 1
 
 
-def test_stretches_without_a_row_are_left_out():
-    """There is no rate of nothing."""
-    values = [*np.linspace(0, 1, 50), *np.linspace(9, 10, 50)]
-    made = factor("x", values, passes(*[1] * 100))
-    assert [level.label for level in made.levels] == ["0\u20131", "1\u20132", "9\u201310"]
-
-
-def test_truth_is_no_number():
-    """It has two names."""
-    made = factor("quiet", [True, False, True], passes(1, 1, 0))
-    assert not made.is_number
-    assert [level.label for level in made.levels] == ["true", "false"]
-
-
-def test_rows_without_the_parameter_are_in_no_level():
-    """As those that an error has no value of."""
-    made = factor("world", ["hall", None], passes(1, 1))
-    assert made.indices.tolist() == [0, -1]
-    assert made.levels[0].total == 1
+@pytest.mark.parametrize(
+    ("values", "is_number", "labels"),
+    [
+        (
+            [*np.linspace(0, 1, 50), *np.linspace(9, 10, 50)],
+            True,
+            ["0\u20131", "1\u20132", "9\u201310"],
+        ),
+        ([True, False, True], False, ["true", "false"]),
+        (["hall", None], False, ["hall"]),
+    ],
+    ids=["stretches without a row are left out", "truth is no number", "rows without a value"],
+)
+def test_what_is_a_level(values, is_number, labels):
+    """Rows that an error has no value of are in none."""
+    made = factor("x", values, passes(*[1] * len(values)))
+    assert (made.is_number, [level.label for level in made.levels]) == (is_number, labels)
+    assert [index < 0 for index in made.indices] == [value is None for value in values]
 
 
 def test_of_very_many_names_the_worst_are_shown():
@@ -86,11 +94,13 @@ def test_of_very_many_names_the_worst_are_shown():
     assert not any(level.passed for level in made.levels)
 
 
-def test_what_has_one_value_is_not_varied():
-    """It has no chart."""
+def test_parameters_with_several_values_and_plans_of_faults_are_factors():
+    """What has one value is not varied, and has no chart."""
     columns = SweepColumns(row(n, parameters={"a": 1, "b": n % 2}) for n in range(4))
     assert [varied.name for varied in factors_of(columns)] == ["b"]
     assert pairs_of(columns) == ([], 0)
+    of_all = factors_of(SweepColumns(some_rows()))
+    assert [varied.name for varied in of_all] == ["speed", "world", "plan of faults"]
 
 
 def test_pairs_count_each_cell():
@@ -128,3 +138,101 @@ def test_ends_of_stretches_are_round(low, high, most):
     assert len(edges) - 1 <= most
     if low <= 0 <= high:
         assert 0 in edges
+
+
+# ---- figures: what Plotly is told, and that it takes it --------------------------------------
+
+
+PASSED = SweepColumns([row(0), failed(1), row(2), row(3)])
+
+
+def check(figure):
+    """Have Plotly's own checks look at a figure, where it is installed; return it."""
+    graph_objects = pytest.importorskip("plotly.graph_objects")
+    graph_objects.Figure(json.loads(json.dumps(figure, allow_nan=False)))
+    return figure
+
+
+def test_success_over_numbers_is_a_curve_with_its_interval():
+    """The band is between the interval's ends."""
+    figure = check(success_figure(factor("speed", [0.1, 0.1, 0.2, 0.2], PASSED)))
+    high, low, rate = figure["data"]
+    assert (rate["x"], rate["y"]) == ([0.1, 0.2], [0.5, 1.0])
+    assert low["y"][0] < 0.5 < high["y"][0]
+    assert low["fill"] == "tonexty"
+
+
+def test_success_by_names_is_bars_with_their_interval():
+    """Whiskers reach from the rate to the interval's ends."""
+    figure = check(success_figure(factor("world", ["a", "a", "b", "b"], PASSED)))
+    (bars,) = figure["data"]
+    assert bars["x"] == [0.5, 1.0]
+    assert bars["error_x"]["array"][1] == 0.0
+    assert figure["layout"]["yaxis"]["ticktext"] == ["a", "b"]
+
+
+def test_a_pair_without_scenarios_is_an_empty_cell():
+    """And not one of success 0."""
+    columns = SweepColumns(
+        varied for varied in some_rows() if varied.parameters != {"speed": 0.1, "world": "hall"}
+    )
+    pair = next(drawn for drawn in pairs_of(columns)[0] if drawn.second.name == "world")
+    (heat,) = check(pair_figure(pair))["data"]
+    hall = [level.label for level in pair.second.levels].index("hall")
+    assert heat["z"][hall][0] is None
+    assert heat["text"][hall][0] == ""
+    assert "no scenario" in heat["customdata"][hall][0]
+
+
+def test_a_share_in_a_cell_is_100_only_for_all():
+    """One failure of a thousand shows."""
+    columns = SweepColumns(some_rows())
+    pair = pairs_of(columns)[0][0]
+    pair.passed[0, 0], pair.total[0, 0] = 999, 1000
+    (heat,) = pair_figure(pair)["data"]
+    assert heat["text"][0][0] == "99"
+
+
+def test_failed_runs_are_marked_in_a_distribution():
+    """By colour and by hatching; together they are all runs that have a value."""
+    values = np.array([-0.1, 0.2, 0.3, np.nan])
+    figure = check(
+        histogram_figure(values, np.array([False, True, True, True]), "m", marks_zero=True)
+    )
+    good, bad = figure["data"]
+    assert (sum(good["y"]), sum(bad["y"])) == (2, 1)
+    assert bad["marker"]["pattern"]["shape"]
+    assert figure["layout"]["shapes"][0]["x0"] == 0
+
+
+def test_no_bar_reaches_over_zero():
+    """Else violated and held margins would be in one bar."""
+    values = np.linspace(-0.013, 0.4, 500)
+    figure = histogram_figure(values, values > 0, "m", marks_zero=True)
+    good, bad = figure["data"]
+    assert min(x for x, y in zip(good["x"], good["y"], strict=True) if y) > 0
+    assert max(x for x, y in zip(bad["x"], bad["y"], strict=True) if y) < 0
+    assert not any(g and b for g, b in zip(good["y"], bad["y"], strict=True))
+
+
+def test_a_figure_does_not_grow_with_the_rows():
+    """A hundred thousand values are some bars."""
+    values = np.random.default_rng(1).normal(size=100_000)
+    assert len(json.dumps(histogram_figure(values, values > 0, "m"))) < 10_000
+
+
+def test_texts_are_no_markup_for_plotly():
+    """Which takes some tags, and breaks lines at <br>."""
+    name = '<a href="javascript:x">%{y}</a>'
+    figure = success_figure(factor(name, [name, "b", "b", "b"], PASSED))
+    texts = json.dumps(figure)
+    assert "<a" not in texts
+    assert all(
+        "%{" not in trace["hovertemplate"].replace("%{text}", "") for trace in figure["data"]
+    )
+
+
+def test_a_long_text_is_cut():
+    """A name of a thousand letters leaves room for the chart."""
+    assert plain("x" * 100, 10) == "xxxxxxxxx…"
+    assert plain("a\x1b\u202e") == "a\\x1b\\u202e"
