@@ -43,9 +43,7 @@ def messages(ros: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 def test_a_running_leaf_tells_how_far_it_is(ros: Any, messages: list[Any]):
     """Towards the bound of its condition; with what it says, and since when."""
-    turn = ros.server()
-    ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, _ = ros.turning(TURN, has_controls=True)
     turn.goal.feed(current_angle=30.0, remaining_angle=60.0)
     ros.run(0.2)
     (leaf,) = (running for running in messages[-1].running if running.label)
@@ -55,19 +53,20 @@ def test_a_running_leaf_tells_how_far_it_is(ros: Any, messages: list[Any]):
 
 
 def test_a_wait_tells_how_long_it_takes(ros: Any, messages: list[Any]):
-    """Its time towards its end, s."""
-    ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
+    """Its time towards its end, s; breakpoints are told as they were named."""
+    node = ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
     ros.run(3.0)
     (leaf,) = messages[-1].running
     assert (leaf.label, leaf.limit) == ("s", 30.0)
     assert leaf.value == pytest.approx(2.95)
+    node.executive.breakpoints.add("0")
+    ros.run(0.2)
+    assert messages[-1].breakpoints == ["0"]
 
 
 def test_a_goal_is_told_when_its_state_changes(ros: Any, messages: list[Any]):
     """Also when the server accepts it, which the ledger has no event for."""
-    turn = ros.server()
-    node = ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, has_controls=True)
     ros.run(0.2)
     turn.goal.succeed(angle_turned=90.0)
     ros.run(0.2)
@@ -80,9 +79,7 @@ def test_a_goal_is_told_when_its_state_changes(ros: Any, messages: list[Any]):
 
 def test_variables_are_told_once_and_again_for_latecomers(ros: Any, messages: list[Any]):
     """Inputs first, outputs when they are written; every tenth message has all."""
-    turn = ros.server()
-    ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, _ = ros.turning(TURN, has_controls=True)
     turn.goal.succeed(angle_turned=90.0)
     ros.run(2.0)
     reports = [
@@ -111,14 +108,6 @@ def test_what_is_said_is_told(ros: Any):
     ros.mission("mission: m\ntree:\n  log: off we go\n", has_controls=True)
     ros.run(1.0)
     assert [(line.text, line.stamp.sec) for line in lines] == [("off we go", 1)]
-
-
-def test_breakpoints_are_told(ros: Any, messages: list[Any]):
-    """As they were named."""
-    node = ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
-    node.executive.breakpoints.add("0")
-    ros.run(0.2)
-    assert messages[-1].breakpoints == ["0"]
 
 
 def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch):

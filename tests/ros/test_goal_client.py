@@ -46,9 +46,7 @@ def test_the_reason_reaches_the_leaf(ros: Any, warn: Callable[[str, str], None])
 
 def test_words_may_come_after_the_answer(ros: Any, warn: Callable[[str, str], None]) -> None:
     """Until the leaf is ticked."""
-    server = ros.server(accepts=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: server.goals)
+    server, node = ros.turning(TURN, accepts=None)
     server.goal.reject()
     ros.run(0.0)
     warn("turn_server", "not today")
@@ -58,9 +56,7 @@ def test_words_may_come_after_the_answer(ros: Any, warn: Callable[[str, str], No
 
 def test_words_of_before_the_goal_do_not_count(ros: Any, warn: Callable[[str, str], None]) -> None:
     """A server that gives no reason is said to have given none."""
-    server = ros.server(accepts=None)
-    node = ros.mission(LOOP)
-    ros.until(lambda: server.goals)
+    server, node = ros.turning(LOOP, accepts=None)
     warn("turn_server", "not today")
     server.goal.reject()
     ros.until(lambda: len(server.goals) == 2)
@@ -85,9 +81,7 @@ def spoilt(rng: random.Random, data: bytes) -> bytes:
 
 def test_malformed_feedback_and_statuses_harm_no_goal(ros: Any) -> None:
     """They come from anybody; the goal goes on, and what its server says counts."""
-    turn = ros.server()
-    mission = ros.mission(TURN.replace("timeout: 9", "timeout: 600"))
-    ros.until(lambda: turn.goals)
+    turn, mission = ros.turning(TURN.replace("timeout: 9", "timeout: 600"))
     feedback = ros.client.create_publisher(Turn.Impl.FeedbackMessage, "/turn/_action/feedback", 10)
     statuses = ros.client.create_publisher(GoalStatusArray, "/turn/_action/status", LATCHED)
     ros.run(0.5)

@@ -96,9 +96,7 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
 )
 def test_a_version_that_does_not_fit_is_refused(ros: Any, text: str, message: str) -> None:
     """The response has the reason, and nothing changes."""
-    turn = ros.server()
-    runner = ros.mission(TWO, has_controls=True, editable=True)
-    ros.until(lambda: turn.goals)
+    turn, runner = ros.turning(TWO, has_controls=True, editable=True)
     done, why, _ = revise(ros, text)
     assert (done, runner.executive.revisions, turn.goal.cancels) == (False, 0, 0)
     assert message.partition(":")[0] in why
