@@ -10,6 +10,7 @@ from bt_mission_interfaces.msg import MissionState
 from std_msgs.msg import String
 
 from bt_mission.graph_tools import graph_query
+from tests.support.graph import TURN
 
 
 def test_actions_are_listed_with_type_and_server(graph: Any, type_in: Any) -> None:
@@ -20,12 +21,8 @@ def test_actions_are_listed_with_type_and_server(graph: Any, type_in: Any) -> No
         "/turn         bt_mission_interfaces/action/Turn  /turn_server",
     ]
     objects = json.loads(type_in("actions", "list", "--json").out)
-    assert objects[1] == {
-        "name": "/turn",
-        "types": ["bt_mission_interfaces/action/Turn"],
-        "servers": ["/turn_server"],
-        "clients": [],
-    }
+    nodes = {"servers": ["/turn_server"], "clients": []}
+    assert objects[1] == {"name": "/turn", "types": [TURN], **nodes}
 
 
 @pytest.mark.parametrize(("kind", "name"), [("topics", "/speech"), ("services", "/switch")])

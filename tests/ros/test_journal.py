@@ -51,12 +51,8 @@ def resumed_after(ros: Any, path: Path, seconds: float) -> MissionRunner:
 def test_what_was_violated_stays_so(ros: Any, tmp_path: Path) -> None:
     """It is not said again; what looks across the gap is open, and says why."""
     second = resumed_after(ros, tmp_path / "journal", 2.5)
-    assert verdicts(second) == {
-        "is quick": "violated",
-        "ends": "holds",
-        "in time": "open",
-        "in order": "open",
-    }
+    expected = {"is quick": "violated", "ends": "holds", "in time": "open", "in order": "open"}
+    assert verdicts(second) == expected
     assert not [line for line in ros.logged if "is quick" in line]
     quick, *_, order = second.report().requirements
     assert quick.violated_at == 1.25

@@ -116,12 +116,9 @@ def test_goals_that_nobody_confirms_do_not_keep_a_mission_in_a_graph_from_ending
     """The bound is one of wall time, and the goal is named."""
     monkeypatch.setattr(graph, "END_WAIT_S", 0.0)
     with graph.GraphConnection(wall_clock=True) as connection:
+        mission = load("mission: m\ntree: {turn: {angle: 90}, timeout: 60}\n")
         options = graph.NodeOptions(context=connection.context, lean=True)
-        node = MissionNode(
-            load("mission: m\ntree: {turn: {angle: 90}, timeout: 60}\n"),
-            RunnerOptions(has_presence=False),
-            node=options,
-        )
+        node = MissionNode(mission, RunnerOptions(has_presence=False), node=options)
         connection.host(node)
         turn = ScriptedServer(connection.host_quiet("servers"), TURN, "turn", cancels=None)
         executive = node.runner.executive

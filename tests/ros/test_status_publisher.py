@@ -139,13 +139,8 @@ def test_nodes_are_told_with_what_they_are_asked_to_do(ros: Any) -> None:
     assert mission.tree is not None
     reported = {first.name: mission.details(at) for at, first in enumerate(mission.tree.nodes)}
     assert reported["about"] == ("by $angle",)
-    turn = (
-        "angle $by",
-        "failure when current_angle >= 45",
-        "within 30 s",
-        "turned := angle_turned",
-    )
-    assert reported["turn"][-4:] == turn
+    limits = ("failure when current_angle >= 45", "within 30 s")
+    assert reported["turn"][-4:] == ("angle $by", *limits, "turned := angle_turned")
     assert reported["m"] == ()
 
 

@@ -175,11 +175,8 @@ def test_what_cannot_be_served_is_told_once_and_left_out(monkeypatch: pytest.Mon
         topics, publishers = node.get_topic_names_and_types, node.get_publishers_info_by_topic
         odd = {"/strange": ["no_such/msg/Thing"], "/twice": ["std_msgs/msg/Bool", "a/msg/B"]}
         monkeypatch.setattr(node, "get_topic_names_and_types", lambda: [*topics(), *odd.items()])
-        monkeypatch.setattr(
-            node,
-            "get_publishers_info_by_topic",
-            lambda topic: publishers("/odom" if topic in odd else topic),
-        )
+        look_up = lambda topic: publishers("/odom" if topic in odd else topic)  # noqa: E731
+        monkeypatch.setattr(node, "get_publishers_info_by_topic", look_up)
         it.until(lambda: it.logged)
         with it.client_of("/odom") as client:
             it.until(lambda: len(client.received["/odom"]) > 40, client)

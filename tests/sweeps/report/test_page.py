@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -115,8 +116,7 @@ def test_a_page_of_little(tmp_path, rows):
 
 def hostile_results(folder):
     """Results in which every text attacks."""
-    bundle = {**vars(BUNDLE), "files": {**BUNDLE.files, "missions/go.yaml": HOSTILE}}
-    bundle = {key: bundle[key] for key in ("files", "mission", "worlds", "robots")}
+    bundle = replace(BUNDLE, files={**BUNDLE.files, "missions/go.yaml": HOSTILE})
     rows = [
         failed(
             n,
@@ -136,7 +136,7 @@ def hostile_results(folder):
     made_from = origin(
         path=HOSTILE,
         command="bt-mission sweep x",
-        bundle=type(BUNDLE)(**bundle),
+        bundle=bundle,
         places=(CoveragePlace("", "0", HOSTILE, "log", 1, 1, marks),),
     )
     about = {"mission": HOSTILE, "vary": [HOSTILE], "plans": {HOSTILE: [HOSTILE]}}
