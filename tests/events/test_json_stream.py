@@ -75,13 +75,7 @@ def test_what_was_the_case_before_has_no_time(lines: Any):
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [
-        ("6", 6),
-        ("[1.5, 2]", [1.5, 2]),
-        ('"a"', "a"),
-        ("NaN", "NaN"),
-        ("[1, 2, ...", "[1, 2, ..."),
-    ],
+    [("6", 6), ("[1.5, 2]", [1.5, 2]), ('"a"', "a"), ("NaN", "NaN"), ("[1, 2, ...", "[1, 2, ...")],
 )
 def test_values_of_variables_are_json_where_they_can_be(lines: Any, text: str, value: Any):
     """One that was cut, or is no number of JSON's, comes as its text."""

@@ -124,11 +124,7 @@ def test_several_types_under_one_name_ask_for_one(
 
 @pytest.mark.parametrize(
     ("kind", "some"),
-    [
-        ("actions", ["/robot1/spin", "/turn"]),
-        ("topics", ["/speech"]),
-        ("services", ["/switch"]),
-    ],
+    [("actions", ["/robot1/spin", "/turn"]), ("topics", ["/speech"]), ("services", ["/switch"])],
 )
 def test_names_of_a_kind_are_printed(
     graph: Any, hand: Any, type_in: Any, kind: str, some: list[str]

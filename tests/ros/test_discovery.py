@@ -89,11 +89,7 @@ def test_who_comes_late_has_the_same_picture(ros: Any):
 
 @pytest.mark.parametrize(
     ("verb", "state"),
-    [
-        (Verb.PAUSE, "paused"),
-        (Verb.PAUSE_KEEPING_GOALS, "paused"),
-        (Verb.STOP, "interrupted"),
-    ],
+    [(Verb.PAUSE, "paused"), (Verb.PAUSE_KEEPING_GOALS, "paused"), (Verb.STOP, "interrupted")],
 )
 def test_wishes_are_passed_on(ros: Any, verb: Verb, state: str):
     """And answered in words."""

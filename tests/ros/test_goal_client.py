@@ -88,10 +88,7 @@ def test_malformed_feedback_and_statuses_harm_no_goal(ros: Any) -> None:
     assert (feedback.get_subscription_count(), statuses.get_subscription_count()) == (1, 1)
     rng = random.Random(1)
     for _ in range(100):
-        for publisher, kind in (
-            (feedback, Turn.Impl.FeedbackMessage),
-            (statuses, GoalStatusArray),
-        ):
+        for publisher, kind in ((feedback, Turn.Impl.FeedbackMessage), (statuses, GoalStatusArray)):
             with suppress(Exception):  # what DDS itself refuses to send
                 publisher.publish(spoilt(rng, serialize_message(kind())))
         ros.run(0.05)

@@ -165,10 +165,7 @@ async def test_two_sweeps_share_workers(made: FakeCluster) -> None:
     async with ScenarioPool(EMPTY, made.options) as first:
         async with ScenarioPool(other, made.options) as second:
             rows = await asyncio.gather(*(_all(pool) for pool in (first, second)))
-        assert [{each.plan for each in part} for part in rows] == [
-            {EMPTY.mission},
-            {other.mission},
-        ]
+        assert [{each.plan for each in part} for part in rows] == [{EMPTY.mission}, {other.mission}]
         assert [each.plan for each in await _all(first)] == [EMPTY.mission] * 4, (
             "the second has taken the files of the first away"
         )
@@ -182,11 +179,7 @@ async def _all(pool: ScenarioPool) -> list[ScenarioRow]:
     ("name", "threads", "message"),
     [
         (None, 1, "the scheduler has no workers; start some with `dask worker tcp://"),
-        (
-            "first",
-            2,
-            r"1 of 1 workers cannot take part, .* has 2 threads, .* with --nthreads 1",
-        ),
+        ("first", 2, r"1 of 1 workers cannot take part, .* has 2 threads, .* with --nthreads 1"),
     ],
 )
 @in_cluster

@@ -115,8 +115,7 @@ def test_ranges_that_do_not_fit_the_mission(
 
 
 @pytest.mark.parametrize(
-    ("reader", "key"),
-    [("sweep", "assume: [always speed < 1]"), ("falsify", "robots: [burger]")],
+    ("reader", "key"), [("sweep", "assume: [always speed < 1]"), ("falsify", "robots: [burger]")]
 )
 def test_a_key_that_the_command_does_not_read_is_an_error(reader: str, key: str) -> None:
     """Nothing in a file is ignored."""

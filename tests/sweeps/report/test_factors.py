@@ -10,12 +10,7 @@ import pytest
 
 from bt_mission.core.statistics import wilson
 from bt_mission.sweeps.columns import SweepColumns
-from bt_mission.sweeps.report.charts import (
-    histogram_figure,
-    pair_figure,
-    plain,
-    success_figure,
-)
+from bt_mission.sweeps.report.charts import histogram_figure, pair_figure, plain, success_figure
 from bt_mission.sweeps.report.explanation import results_as_dict, short_between
 from bt_mission.sweeps.report.factors import (
     MOST_LEVELS,
