@@ -42,12 +42,12 @@ class Play(ABC):
     def __init__(self, context: Context) -> None:
         self.context = context
         self.log: Log = defaultdict(list)
-        self._nodes: list[Node] = []
+        self.nodes: list[Node] = []
 
     def node(self, name: str, *, served: bool = True) -> Node:
         """A node on the simulated clock."""
         node = Node(name, context=self.context, enable_rosout=False, start_parameter_services=False)
-        self._nodes.append(node)
+        self.nodes.append(node)
         self._start_clock(node)
         if served:
             self.executor.add_node(node)
@@ -76,7 +76,7 @@ class Play(ABC):
 
     def close(self) -> None:
         """Take everything down."""
-        for node in self._nodes:
+        for node in self.nodes:
             node.destroy_node()
             destroy_actions(node)
         self.executor.shutdown()
@@ -150,7 +150,7 @@ class StridingPlay(Play):
         end_ns = self._now_ns + round(seconds * S)
         while self._now_ns < end_ns:
             self._now_ns += STRIDE_NS
-            for node in self._nodes:
+            for node in self.nodes:
                 _set_time(node, self._now_ns)
             self.settle()
 

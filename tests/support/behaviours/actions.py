@@ -88,6 +88,23 @@ def _ended(play: Play, how: str | None, **habits: Any) -> None:
     play.settle()
 
 
+def _cancelled(play: Play, how: str | None, **habits: Any) -> None:
+    bench = Bench(play, **habits)
+    sent = bench.send()
+    play.settle()
+    bench.cancel(sent)
+    play.settle()
+    if how is not None:
+        bench.ends[0].set_result(how)
+        play.settle()
+
+
+def _answered(play: Play, goal_callback: Callable[[Any], Any]) -> Future:
+    sent = Bench(play, goal_callback=goal_callback).send()
+    play.settle()
+    return sent
+
+
 def a_goal_that_succeeds(play: Play) -> None:
     _ended(play, "succeed")
 
@@ -101,15 +118,11 @@ def a_goal_whose_server_forgets_to_say_how_it_ended(play: Play) -> None:
 
 
 def a_goal_that_is_rejected(play: Play) -> None:
-    bench = Bench(play, goal_callback=lambda _: GoalResponse.REJECT)
-    bench.send()
-    play.settle()
+    _answered(play, lambda _: GoalResponse.REJECT)
 
 
 def a_goal_callback_that_answers_nonsense_rejects(play: Play) -> None:
-    bench = Bench(play, goal_callback=lambda _: True)
-    bench.send()
-    play.settle()
+    _answered(play, lambda _: True)
 
 
 def a_goal_callback_that_thinks_it_over(play: Play) -> None:
@@ -132,10 +145,7 @@ def a_goal_callback_that_raises(play: Play) -> None:
     def fail(_: Any) -> GoalResponse:
         raise ValueError("in a goal callback")
 
-    bench = Bench(play, goal_callback=fail)
-    sent = bench.send()
-    play.settle()
-    play.say("client", sent.done())
+    play.say("client", _answered(play, fail).done())
 
 
 def an_execute_callback_that_raises_aborts(play: Play) -> None:
@@ -193,13 +203,7 @@ def a_cancel_that_is_accepted(play: Play) -> None:
 
 
 def a_cancel_that_is_refused(play: Play) -> None:
-    bench = Bench(play)
-    sent = bench.send()
-    play.settle()
-    bench.cancel(sent)
-    play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    _cancelled(play, "succeed")
 
 
 def a_cancel_after_the_end(play: Play) -> None:
@@ -227,13 +231,7 @@ def a_cancel_callback_that_ends_the_goal(play: Play) -> None:
 
 
 def a_cancelled_goal_that_succeeds_all_the_same(play: Play) -> None:
-    bench = Bench(play, cancel_callback=accept)
-    sent = bench.send()
-    play.settle()
-    bench.cancel(sent)
-    play.settle()
-    bench.ends[0].set_result("succeed")
-    play.settle()
+    _cancelled(play, "succeed", cancel_callback=accept)
 
 
 def a_result_that_is_asked_for_after_the_end(play: Play) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -106,8 +107,7 @@ def a_guard_with_an_async_callback(play: Play) -> None:
     play.settle()
 
 
-def a_guard_triggered_while_its_group_is_held_is_called_afterwards(play: Play) -> None:
-    node = play.node("a")
+def _while_its_group_is_held(play: Play, node: Node, wake: Callable[[], None]) -> None:
     gate: Future = Future()
 
     async def hold() -> None:
@@ -116,41 +116,49 @@ def a_guard_triggered_while_its_group_is_held_is_called_afterwards(play: Play) -
         play.say("a", "lets go")
 
     holding = node.create_timer(0.1, hold)
-    guard = node.create_guard_condition(lambda: play.say("a", "guard"))
     play.advance(0.15)
-    guard.trigger()
+    wake()
     play.advance(0.2)
     gate.set_result(None)
     play.settle()
 
 
-def a_guard_triggered_beside_a_callback_that_makes_something(play: Play) -> None:
+def a_guard_triggered_while_its_group_is_held_is_called_afterwards(play: Play) -> None:
     node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
+    guard = node.create_guard_condition(lambda: play.say("a", "guard"))
+    _while_its_group_is_held(play, node, guard.trigger)
 
+
+def _beside_a_message(
+    play: Play, node: Node, wake: Callable[[], None], hear: Callable[[Any], None]
+) -> None:
+    node.create_subscription(Int64, "count", hear, 10)
+    node.create_publisher(Int64, "count", 10).publish(Int64(data=1))
+    wake()
+    play.settle()
+
+
+def _making_a_timer(play: Play, node: Node) -> Callable[[Any], None]:
     def hear(message: Any) -> None:
         play.say("subscription", message.data)
         node.create_timer(1.0, lambda: None)
 
-    node.create_subscription(Int64, "count", hear, 10)
+    return hear
+
+
+def a_guard_triggered_beside_a_callback_that_makes_something(play: Play) -> None:
+    node = play.node("a")
     guard = node.create_guard_condition(lambda: play.say("guard", "called"))
-    publisher.publish(Int64(data=1))
-    guard.trigger()
-    play.settle()
+    _beside_a_message(play, node, guard.trigger, _making_a_timer(play, node))
 
 
 def a_guard_triggered_beside_a_callback_that_raises(play: Play) -> None:
-    node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
     def fail(message: Any) -> None:
         raise ValueError(f"at {message.data}")
 
-    node.create_subscription(Int64, "count", fail, 10)
+    node = play.node("a")
     guard = node.create_guard_condition(lambda: play.say("guard", "called"))
-    publisher.publish(Int64(data=1))
-    guard.trigger()
-    play.settle()
+    _beside_a_message(play, node, guard.trigger, fail)
 
 
 def a_guard_destroyed_after_it_was_triggered(play: Play) -> None:
@@ -205,35 +213,12 @@ def a_waitable_added_and_removed_in_callbacks(play: Play) -> None:
 
 def a_waitable_that_rings_while_its_group_is_held(play: Play) -> None:
     node = play.node("a")
-    gate: Future = Future()
-
-    async def hold() -> None:
-        holding.cancel()
-        await gate
-        play.say("a", "lets go")
-
-    holding = node.create_timer(0.1, hold)
-    bell = Bell(play, node, "a")
-    play.advance(0.15)
-    bell.ring()
-    play.advance(0.2)
-    gate.set_result(None)
-    play.settle()
+    _while_its_group_is_held(play, node, Bell(play, node, "a").ring)
 
 
 def a_waitable_that_rings_beside_a_callback_that_makes_something(play: Play) -> None:
     node = play.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
-    def hear(message: Any) -> None:
-        play.say("subscription", message.data)
-        node.create_timer(1.0, lambda: None)
-
-    node.create_subscription(Int64, "count", hear, 10)
-    bell = Bell(play, node, "bell")
-    publisher.publish(Int64(data=1))
-    bell.ring()
-    play.settle()
+    _beside_a_message(play, node, Bell(play, node, "bell").ring, _making_a_timer(play, node))
 
 
 def two_waitables_of_which_the_first_makes_something(play: Play) -> None:

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from bt_mission_interfaces.action import Turn
 from rclpy.action import ActionClient, ActionServer
+from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 from tests.support.two_executors import Play, loose
+
+
+def _tell(node: Node, callback: Callable[[Any], None]) -> None:
+    """Have a node hear a message of its own."""
+    node.create_subscription(Int64, "count", callback, 10)
+    node.create_publisher(Int64, "count", 10).publish(Int64())
 
 
 def a_node_destroyed_in_its_own_callback(play: Play) -> None:
@@ -143,7 +151,7 @@ def what_came_while_a_node_was_away_is_served_when_it_is_back(play: Play) -> Non
     play.say("client", call.done())
 
 
-def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> None:
+def _with_a_suspended_callback(play: Play) -> tuple[Node, Future]:
     node = play.node("a")
     gate: Future = Future()
 
@@ -152,9 +160,13 @@ def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> N
         await gate
         play.say("a", "goes on")
 
-    node.create_subscription(Int64, "count", loose(wait), 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    _tell(node, loose(wait))
     play.settle()
+    return node, gate
+
+
+def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> None:
+    node, gate = _with_a_suspended_callback(play)
     play.executor.remove_node(node)
     gate.set_result(None)
     play.settle()
@@ -164,17 +176,7 @@ def a_suspended_callback_of_a_removed_node_waits_for_its_return(play: Play) -> N
 
 
 def a_suspended_callback_of_a_destroyed_node_goes_on(play: Play) -> None:
-    node = play.node("a")
-    gate: Future = Future()
-
-    async def wait(_: Any) -> None:
-        play.say("a", "waits")
-        await gate
-        play.say("a", "goes on")
-
-    node.create_subscription(Int64, "count", loose(wait), 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
-    play.settle()
+    node, gate = _with_a_suspended_callback(play)
     node.destroy_node()
     play.settle()
     gate.set_result(None)
@@ -266,8 +268,7 @@ def an_executor_spins_until_the_context_ends(play: Play) -> None:
         play.say("a", "ends it")
         play.context.shutdown()
 
-    node.create_subscription(Int64, "count", end, 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    _tell(node, end)
     try:
         play.executor.spin()
     except Exception as error:
@@ -290,8 +291,7 @@ def an_executor_does_not_spin_where_the_context_has_ended(play: Play) -> None:
 
 def an_executor_that_is_shut_down_spins_no_more(play: Play) -> None:
     node = play.node("a")
-    node.create_subscription(Int64, "count", play.hear("a"), 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    _tell(node, play.hear("a"))
     play.executor.shutdown()
     play.executor.spin()
     play.executor.spin_once(timeout_sec=0)
@@ -305,7 +305,6 @@ def an_executor_spins_until_it_is_shut_down(play: Play) -> None:
         play.say("a", "ends it")
         play.executor.shutdown()
 
-    node.create_subscription(Int64, "count", end, 10)
-    node.create_publisher(Int64, "count", 10).publish(Int64())
+    _tell(node, end)
     play.executor.spin()
     play.say("executor", "returns")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
@@ -22,6 +23,11 @@ def _offer(play: Play, node: Node, name: str = "ask") -> Any:
         return response
 
     return node.create_service(Trigger, name, answer)
+
+
+def _call(play: Play) -> tuple[Client, Future]:
+    client = play.node("client").create_client(Trigger, "ask")
+    return client, client.call_async(Trigger.Request())
 
 
 def a_call_from_a_timer_is_answered(play: Play) -> None:
@@ -123,8 +129,7 @@ def an_async_handler_that_raises_after_waiting(play: Play) -> None:
         raise ValueError("after waiting")
 
     play.node("server").create_service(Trigger, "ask", answer)
-    client = play.node("client").create_client(Trigger, "ask")
-    call = client.call_async(Trigger.Request())
+    _, call = _call(play)
     play.settle()
     gate.set_result(None)
     play.settle()
@@ -133,16 +138,14 @@ def an_async_handler_that_raises_after_waiting(play: Play) -> None:
 
 def an_answer_of_the_wrong_type(play: Play) -> None:
     play.node("server").create_service(Trigger, "ask", lambda *_: "no response")
-    client = play.node("client").create_client(Trigger, "ask")
-    call = client.call_async(Trigger.Request())
+    _, call = _call(play)
     play.settle()
     play.say("client", call.done())
 
 
 def a_call_that_is_cancelled_gets_no_answer(play: Play) -> None:
     _offer(play, play.node("server"))
-    client = play.node("client").create_client(Trigger, "ask")
-    call = client.call_async(Trigger.Request())
+    _, call = _call(play)
     call.add_done_callback(lambda f: play.say("client", f"done: {f.cancelled()} {f.result()}"))
     call.cancel()
     play.settle()
@@ -150,8 +153,7 @@ def a_call_that_is_cancelled_gets_no_answer(play: Play) -> None:
 
 def a_request_that_is_forgotten_gets_no_answer(play: Play) -> None:
     _offer(play, play.node("server"))
-    client = play.node("client").create_client(Trigger, "ask")
-    call = client.call_async(Trigger.Request())
+    client, call = _call(play)
     client.remove_pending_request(call)
     play.settle()
     play.say("client", call.done())
@@ -159,10 +161,8 @@ def a_request_that_is_forgotten_gets_no_answer(play: Play) -> None:
 
 def a_client_destroyed_before_its_answer(play: Play) -> None:
     _offer(play, play.node("server"))
-    node = play.node("client")
-    client = node.create_client(Trigger, "ask")
-    call = client.call_async(Trigger.Request())
-    node.destroy_client(client)
+    client, call = _call(play)
+    play.nodes[-1].destroy_client(client)
     play.settle()
     play.say("client", call.done())
 
@@ -170,16 +170,14 @@ def a_client_destroyed_before_its_answer(play: Play) -> None:
 def a_service_destroyed_before_it_is_asked(play: Play) -> None:
     server = play.node("server")
     service = _offer(play, server)
-    client = play.node("client").create_client(Trigger, "ask")
-    call = client.call_async(Trigger.Request())
+    client, call = _call(play)
     server.destroy_service(service)
     play.settle()
     play.say("client", (call.done(), client.service_is_ready()))
 
 
 def a_service_made_later_does_not_hear_earlier_calls(play: Play) -> None:
-    client = play.node("client").create_client(Trigger, "ask")
-    early = client.call_async(Trigger.Request())
+    client, early = _call(play)
     play.settle()
     _offer(play, play.node("server"))
     play.wait_for(client.service_is_ready)
