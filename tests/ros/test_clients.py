@@ -218,7 +218,7 @@ def test_nodes_of_a_stage_make_the_handlers_of_events_that_are_asked_for(context
     )
     lost = PublisherEventCallbacks(liveliness=lambda _: None, use_default_callbacks=False)
     result = SubscriptionEventCallbacks(liveliness=lambda _: None, use_default_callbacks=False)
-    entities = [
+    entities: list[Any] = [
         node.create_publisher(String, "a", 10),
         node.create_subscription(String, "a", lambda _: None, 10),
         node.create_publisher(String, "a", 10, event_callbacks=lost),
