@@ -9,6 +9,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
@@ -20,6 +21,13 @@ from bt_mission.executors import arrivals as module
 from bt_mission.executors.arrivals import Arrivals
 from tests.support.live_rig import LONG_S, Live, count_of, value_of
 from tests.support.two_executors import loose
+
+
+def numbers_of(node: Node, qos: int | QoSProfile = 10) -> list[int]:
+    """Subscribe to ``count``; gives the numbers that have come."""
+    numbers: list[int] = []
+    node.create_subscription(Int64, "count", lambda message: numbers.append(value_of(message)), qos)
+    return numbers
 
 
 def test_nothing_to_serve_is_told_after_the_time_that_was_given(live: Live) -> None:
@@ -34,12 +42,9 @@ def test_nothing_to_serve_is_told_after_the_time_that_was_given(live: Live) -> N
 def test_a_message_from_another_context_ends_the_sleep(monkeypatch: pytest.MonkeyPatch) -> None:
     """As one from another process does: a thread of the middleware tells of it."""
     monkeypatch.setenv(RANGE, MACHINE)
-    messages: list[int] = []
     with ExitStack() as stack:
         first, other = stack.enter_context(closing(Live())), stack.enter_context(closing(Live()))
-        first.node("a").create_subscription(
-            Int64, "count", lambda message: messages.append(value_of(message)), 10
-        )
+        messages = numbers_of(first.node("a"))
         publisher = other.node("b").create_publisher(Int64, "count", 10)
         while not publisher.get_subscription_count():
             first.executor.serve(0.01)
@@ -97,13 +102,9 @@ def test_a_flood_on_one_topic_holds_nobody_up(live: Live) -> None:
 
 def test_what_a_queue_has_dropped_is_not_looked_for(live: Live) -> None:
     """A thousand came, one is there: two rounds, and the executor sleeps again."""
-    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    keep_one = QoSProfile(depth=1)
-    node.create_subscription(
-        Int64, "count", lambda message: messages.append(value_of(message)), keep_one
-    )
+    messages = numbers_of(node, QoSProfile(depth=1))
     while live.executor.serve(0.0):
         pass
     for number in range(1000):
@@ -146,10 +147,9 @@ def test_what_the_middleware_does_not_tell_of_is_asked_for(
 ) -> None:
     """Under one that has no such functions, all is."""
     monkeypatch.setattr(Arrivals, "_link", lambda *_: None)
-    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    node.create_subscription(Int64, "count", lambda message: messages.append(value_of(message)), 10)
+    messages = numbers_of(node)
     assert not live.executor.serve(0.0)
     publisher.publish(Int64(data=2))
     live.until(lambda: messages)

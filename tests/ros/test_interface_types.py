@@ -140,7 +140,10 @@ def test_lists_of_three_numbers_become_poses():
 
 
 def test_what_does_not_fit_is_told_by_field():
-    """All of it, and nothing is set."""
+    """All of it, and nothing is set; so is a variable without a value, such as an output."""
+    goal = resolve({"angle": Text("$obstacle")}, {"n": 1}, random.Random(0))
+    with pytest.raises(FillError, match=r"angle: '\$obstacle' has no value \(values: n\)"):
+        fill(TURN.Goal(), goal)
     message = TURN.Goal()
     with pytest.raises(FillError) as caught:
         fill(message, {"angle": float("nan"), "speed": 1})
@@ -150,13 +153,6 @@ def test_what_does_not_fit_is_told_by_field():
         "(its fields: angle, angular_velocity)"
     )
     assert message == TURN.Goal()
-
-
-def test_a_variable_without_a_value_is_told_by_field():
-    """An output that was never written, for example."""
-    goal = resolve({"angle": Text("$obstacle")}, {"n": 1}, random.Random(0))
-    with pytest.raises(FillError, match=r"angle: '\$obstacle' has no value \(values: n\)"):
-        fill(TURN.Goal(), goal)
 
 
 def test_bytes_and_arrays_are_filled_and_read():
