@@ -89,11 +89,6 @@ class RequirementWatch:
             return result
         return resumption.joined(requirement, self._before.get(requirement.name), result)
 
-    @property
-    def count_violated(self) -> int:
-        """Return how many are known to be violated."""
-        return self._violated
-
     def _step(self) -> None:
         executive = self._runner.executive
         if not executive.started_ns:

@@ -1,18 +1,36 @@
-"""Benchmarks are run one after another, and two commits in turns."""
+"""Benchmarks are run one after another, and two commits in turns, on copies with one line."""
 
 from __future__ import annotations
 
 import asyncio
 import os
+import subprocess
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from benchmarks.harness.catalogue import Target
+from benchmarks.harness import tree as module
+from benchmarks.harness.catalogue import Benchmark, Target
 from benchmarks.harness.report import machine_line, markdown, spread
 from benchmarks.harness.running import Figure, Measurement, Plan, Runner
-from benchmarks.harness.tree import ROOT, Tree
+from benchmarks.harness.tree import ROOT, WITHOUT_EDITABLE, Tree, TreeError, checked_out
+
+GIVES = """\
+import json, os, pathlib, sys
+line = {
+    "figure": "cost",
+    "unit": "ms",
+    "values": [float(pathlib.Path("cost.txt").read_text())] * int(sys.argv[1]),
+    "code": os.path.join(os.getcwd(), "bt_mission"),
+}
+with open(os.environ["BENCHMARK_FIGURES"], "a") as file:
+    file.write(json.dumps(line) + "\\n")
+print("measured")
+"""
+"""A script that gives what stands in a file of the folder it runs in, so many times."""
 
 FAILS = "raise SystemExit('there is no robot')"
 WAITS = """\
@@ -27,6 +45,27 @@ line = {"figure": "cost", "unit": "", "values": [1], "code": "/usr/lib/bt_missio
 with open(os.environ["BENCHMARK_FIGURES"], "w") as file:
     json.dump(line, file)
 """
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Callable[..., Tree]:
+    """Make a copy: ``tree("new", 2.0)``, or with another script."""
+
+    def make(name: str, cost: float, script: str = GIVES) -> Tree:
+        root = tmp_path / name
+        (root / "benchmarks").mkdir(parents=True)
+        (root / "benchmarks" / "cost.py").write_text(script, encoding="utf-8")
+        (root / "cost.txt").write_text(str(cost), encoding="utf-8")
+        return Tree(root, name, (root,))
+
+    return make
+
+
+@pytest.fixture
+def cost() -> Benchmark:
+    """A benchmark that gives one figure."""
+    run, smoke = "benchmarks/cost.py {rounds}", "benchmarks/cost.py 1"
+    return Benchmark("cost", "what it costs", (run,), (smoke,), rounds=3)
 
 
 def run(plan: Plan, *benchmarks) -> list[Measurement]:
@@ -200,3 +239,82 @@ def test_the_machine_is_described_with_its_load():
     assert line.startswith("A smoke, whose figures mean nothing: abc; medians")
     assert "load 0.5 before" in line
     assert line.endswith(", 2 processes computing beside it.")
+
+
+# ---- another commit is there for a while -------------------------------------------------------
+
+
+@pytest.fixture
+def repository(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository with two commits, of which the first says `old`."""
+    root = tmp_path / "repository"
+    root.mkdir()
+    names = ("-c", "user.name=somebody", "-c", "user.email=a@example.org")
+    git("init", "-q", at=root)
+    for word in ("old", "new"):
+        (root / "word.txt").write_text(word, encoding="utf-8")
+        git("add", ".", at=root)
+        git(*names, "commit", "-q", "-m", word, at=root)
+    monkeypatch.setattr(module, "ROOT", root)
+    return root
+
+
+def git(*arguments: str, at: Path) -> str:
+    """What git says."""
+    command = ["git", "-C", str(at), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_a_commit_is_checked_out_and_gone_afterwards(repository):
+    """The checkout itself stays as it is."""
+    with checked_out("HEAD~1") as old:
+        assert (old.root / "word.txt").read_text() == "old"
+        assert (repository / "word.txt").read_text() == "new"
+    assert not old.root.exists()
+    assert len(git("worktree", "list", at=repository).splitlines()) == 1
+
+
+def test_an_interrupt_leaves_nothing(repository):
+    """As Ctrl-C does in the middle of a measurement."""
+
+    def interrupted() -> None:
+        with checked_out("HEAD~1") as old:
+            places.append(old.root)
+            raise KeyboardInterrupt
+
+    places: list[Path] = []
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert not places[0].exists()
+    assert len(git("worktree", "list", at=repository).splitlines()) == 1
+
+
+def test_a_commit_that_is_not_there_is_named(repository):
+    """With what could be meant."""
+    with pytest.raises(
+        TreeError, match=r"git knows no commit 'nothing' here; name a commit, a tag"
+    ):
+        checked_out("nothing").__enter__()
+
+
+def test_a_folder_without_git_is_told(tmp_path: Path, monkeypatch):
+    """Such as an unpacked archive."""
+    monkeypatch.setattr(module, "ROOT", tmp_path)
+    with pytest.raises(TreeError):
+        checked_out("HEAD").__enter__()
+
+
+def test_the_copy_comes_first_on_the_path(monkeypatch):
+    """And this checkout leaves the path that it has been put on."""
+    monkeypatch.setenv("PYTHONPATH", f"/more:{ROOT}")
+    old = Tree(Path("/old"), "old", (Path("/first"), Path("/old")))
+    assert old.environment()["PYTHONPATH"] == "/first:/old:/more"
+
+
+def test_an_editable_installation_does_not_come_before_the_copy(monkeypatch):
+    """Its finder is taken out; the others stay."""
+    editable = type("F", (), {"__module__": "_editable_skbc_bt_mission"})()
+    other = type("F", (), {"__module__": "_distutils_hack"})()
+    monkeypatch.setattr(sys, "meta_path", [editable, other])
+    exec(WITHOUT_EDITABLE, {})  # noqa: S102 - what every Python of the copy runs
+    assert sys.meta_path == [other]

@@ -50,24 +50,12 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
             {"name": "go", "kind": "ActionLeaf", "path": "0.0", "parent": 0},
         ],
     }
+    status = {"node": "go", "path": "0.0", "status": "RUNNING", "message": ""}
+    paused = {"status": "paused", "reason": "paused on request"}
     assert result[2:] == [
-        {
-            "event": "status",
-            "t": 1_500_000_000,
-            "node": "go",
-            "path": "0.0",
-            "status": "RUNNING",
-            "message": "",
-        },
+        {"event": "status", "t": 1_500_000_000, **status},
         {"event": "log", "t": 1_500_000_000, "text": "here we go"},
-        {
-            "event": "mission",
-            "t": 1_500_000_000,
-            "run": "run",
-            "mission": "explore",
-            "status": "paused",
-            "reason": "paused on request",
-        },
+        {"event": "mission", "t": 1_500_000_000, "run": "run", "mission": "explore", **paused},
     ]
 
 
@@ -87,13 +75,7 @@ def test_what_was_the_case_before_has_no_time(lines: Any):
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [
-        ("6", 6),
-        ("[1.5, 2]", [1.5, 2]),
-        ('"a"', "a"),
-        ("NaN", "NaN"),
-        ("[1, 2, ...", "[1, 2, ..."),
-    ],
+    [("6", 6), ("[1.5, 2]", [1.5, 2]), ('"a"', "a"), ("NaN", "NaN"), ("[1, 2, ...", "[1, 2, ...")],
 )
 def test_values_of_variables_are_json_where_they_can_be(lines: Any, text: str, value: Any):
     """One that was cut, or is no number of JSON's, comes as its text."""
@@ -112,13 +94,9 @@ def test_goals_and_progress(lines: Any):
     executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1 m"),), goals=(active,))
     executive.detail(running=(executive.progress("drive", float("nan"), 2.0, "1 m"),))
     progress, moved, odd = lines(executive)[-3:]
-    assert {key: progress[key] for key in ("event", "node", "label", "value", "limit")} == {
-        "event": "progress",
-        "node": "drive",
-        "label": "travelled",
-        "value": 1.0,
-        "limit": 2.0,
-    }
+    bounds = {"label": "travelled", "value": 1.0, "limit": 2.0}
+    expected = {"event": "progress", "node": "drive", **bounds}
+    assert {key: progress[key] for key in expected} == expected
     assert (moved["event"], moved["phase"], moved["t"]) == ("goal active", "active", 2 * S)
     assert "value" not in odd
 

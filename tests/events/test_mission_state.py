@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import pytest
 from py_trees.common import Status
 
 from bt_mission.events.events import (
     Event,
     GoalChanged,
+    LogLine,
     NodeChanged,
+    NodeInfo,
     NodesReset,
     RequirementChanged,
     RunStarted,
     StateChanged,
     VariableChanged,
 )
-from bt_mission.events.feed import MissionFeed
+from bt_mission.events.feed import MissionFeed, in_order
+from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MOST_GOALS, MissionState
-from tests.support.watched import S, ScriptedExecutive, goal_in, state_of
+from tests.support.watched import S, ScriptedExecutive, goal_in, state_of, tree
 
 
 def take_all(feed: MissionFeed, executive: ScriptedExecutive) -> list[Event]:
@@ -29,6 +33,12 @@ def take_all(feed: MissionFeed, executive: ScriptedExecutive) -> list[Event]:
     return happened
 
 
+def watched() -> tuple[ScriptedExecutive, MissionFeed, MissionState]:
+    """An executive, and a watcher that knows nothing yet."""
+    feed = MissionFeed(MissionState())
+    return ScriptedExecutive(), feed, feed.mission
+
+
 def named(mission: MissionState) -> dict[str, str]:
     """Each node's status."""
     assert mission.tree is not None
@@ -38,23 +48,14 @@ def named(mission: MissionState) -> dict[str, str]:
 
 def test_changes_from_the_first_on_need_no_question():
     """Nothing has happened before number 1."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin()
     executive.change(explore="running", look_around="running")
     executive.change(2.5, look_around="success: canceled by condition")
-    happened = [
-        event
-        for message in executive.take(needs_statuses=False).messages
-        for event in feed.take(message)
-    ]
-    assert [type(event) for event in happened] == [
-        RunStarted,
-        StateChanged,
-        NodeChanged,
-        NodeChanged,
-        NodeChanged,
-    ]
+    happened = take_all(feed, executive)
+    assert executive.asked == 0
+    kinds = [type(event) for event in happened]
+    assert kinds == [RunStarted, StateChanged, NodeChanged, NodeChanged, NodeChanged]
     assert named(mission)["look around"] == "success"
     assert mission.messages[1] == "canceled by condition"
     assert (mission.ran_ns[1], mission.elapsed_ns) == (round(2.5 * S), round(2.5 * S))
@@ -63,8 +64,7 @@ def test_changes_from_the_first_on_need_no_question():
 
 def test_who_comes_late_asks_once_and_goes_on_from_there():
     """What the answer has taken into account is not applied a second time."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     result = executive.begin()
     executive.change(explore="running", look_around="running")
     executive.forget()
@@ -77,21 +77,16 @@ def test_who_comes_late_asks_once_and_goes_on_from_there():
     feed.take(before)
     assert feed.sequence is None, "one change is missing"
     feed.take(executive.statuses)
-    assert named(mission) == {
-        "explore": "running",
-        "look around": "success",
-        "repeat": "running",
-        "drive": "invalid",
-        "turn away": "invalid",
-    }
+    running, invalid = ("explore", "repeat"), ("drive", "turn away")
+    statuses = dict.fromkeys(running, "running") | dict.fromkeys(invalid, "invalid")
+    assert named(mission) == statuses | {"look around": "success"}
     assert feed.take(late) == []
     assert mission.since_ns[1] is None, "nobody saw when"
 
 
 def test_a_gap_is_noticed_and_closed():
     """Lost messages cost a question, not the truth."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin()
     executive.change(explore="running")
     take_all(feed, executive)
@@ -100,16 +95,14 @@ def test_a_gap_is_noticed_and_closed():
     executive.change(1.0, look_around="failure: aborted")
     happened = take_all(feed, executive)
     assert executive.asked == 1
-    assert [event.status for event in happened if isinstance(event, NodeChanged)] == [
-        Status.FAILURE
-    ]
+    (change,) = (event for event in happened if isinstance(event, NodeChanged))
+    assert change.status is Status.FAILURE
     assert mission.messages[1] == "aborted"
 
 
 def test_the_tree_may_come_after_its_first_changes():
     """Topics have no order among each other."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     result = executive.begin()
     change = executive.change(explore="running")
     assert feed.take(change) == []
@@ -119,8 +112,7 @@ def test_the_tree_may_come_after_its_first_changes():
 
 def test_another_run_begins_anew():
     """Nothing of the mission before is left, and what is late of it changes nothing."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin("one")
     executive.change(explore="running", drive="running")
     executive.detail(variables=(("legs", "6"),))
@@ -138,8 +130,7 @@ def test_another_run_begins_anew():
 
 def test_the_tip_is_the_newest_running_node_without_running_children():
     """A tick tells of children before their parents; where they stand in the tree counts."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin()
     executive.change(drive="running", repeat="running", explore="running")
     take_all(feed, executive)
@@ -154,8 +145,7 @@ def test_the_tip_is_the_newest_running_node_without_running_children():
 
 def test_progress_counts_for_nodes_that_run():
     """Details and changes overtake each other: those of a node that has ended are not shown."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin()
     executive.change(drive="running")
     early = executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1.00 m"),))
@@ -176,8 +166,7 @@ def test_progress_counts_for_nodes_that_run():
 
 def test_goals_and_variables_happen_when_they_change():
     """Complete details, which come for latecomers, are no news."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin()
     sent = goal_in()
     executive.detail(goals=(sent,), variables=(("legs", "6"),), goals_sent=1)
@@ -192,7 +181,7 @@ def test_goals_and_variables_happen_when_they_change():
 
 def test_an_index_beyond_the_tree_is_ignored():
     """A message of a broken executive ends nobody's view."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    executive, feed, _ = watched()
     executive.begin()
     take_all(feed, executive)
     assert feed.take(Batch("run", (NodeChanged(None, 99, Status.RUNNING, ""),), 1, True)) == []
@@ -200,8 +189,7 @@ def test_an_index_beyond_the_tree_is_ignored():
 
 def test_requirements_may_come_before_the_tree():
     """Those of another run are not the mission's; only what is new happens."""
-    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
-    mission = feed.mission
+    executive, feed, mission = watched()
     executive.begin("first")
     executive.judge(is_slow="violated -0.1")
     take_all(feed, executive)
@@ -279,3 +267,66 @@ def test_the_goal_that_ended_first_is_forgotten_first():
         mission.apply(goal_in("active", goal_id=goal))
     assert {"3", "7"}.isdisjoint(mission.goals)
     assert len(mission.goals) == len(mission.goals_changed_ns) == MOST_GOALS + 1
+
+
+# ---- what stands in the log, and what does not ------------------------------------------------
+
+
+DRIVE = NodeInfo("drive", "ActionLeaf", "0.0", 0)
+
+
+@pytest.mark.parametrize(
+    ("event", "entry"),
+    [
+        (NodeChanged(S, 1, Status.RUNNING, "sent"), LogEntry(S, Status.RUNNING, "drive", "")),
+        (NodeChanged(S, 1, Status.FAILURE, "no"), LogEntry(S, Status.FAILURE, "drive", "no")),
+        (
+            NodeChanged(S, 1, Status.INVALID, "halted"),
+            LogEntry(S, Status.INVALID, "drive", "halted"),
+        ),
+        (NodeChanged(S, 1, Status.INVALID, ""), None),
+        (NodeChanged(S, 0, Status.RUNNING, ""), None),
+        (NodeChanged(S, 2, Status.SUCCESS, "hi"), None),
+        (NodeChanged(None, 1, Status.SUCCESS, ""), None),
+        (LogLine(S, "hello"), LogEntry(S, None, "", "hello")),
+        (RunStarted(S, "r", "m", (DRIVE,)), LogEntry(S, None, "m", "begins")),
+        (
+            StateChanged(S, "r", "m", "paused", "by hand"),
+            LogEntry(S, None, "mission paused", "by hand"),
+        ),
+        (
+            StateChanged(S, "r", "m", "paused", "paused on request", ("'drive'",)),
+            LogEntry(S, None, "mission paused on request; still running: 'drive'", ""),
+        ),
+        (StateChanged(S, "", "", "idle", ""), None),
+    ],
+    ids=[
+        "a leaf starts: what it says while it runs is in the tree",
+        "a leaf ends",
+        "a halted leaf that says something",
+        "a halted leaf that says nothing",
+        "a composite",
+        "a log node",
+        "a change from before the watcher",
+        "words of the mission",
+        "a mission begins",
+        "a pause",
+        "a pause with goals that run on",
+        "an executive that is idle",
+    ],
+)
+def test_what_stands_in_the_log(event: Event, entry: LogEntry | None):
+    """What follows from other lines is left out."""
+    nodes = (NodeInfo("m", "Sequence", "0", 0), DRIVE, NodeInfo("log", "Log", "0.1", 0))
+    mission = MissionState()
+    mission.apply(RunStarted(S, "run", "m", nodes))
+    assert mission.entry_of(event) == entry
+
+
+def test_a_mission_ends_last():
+    """What it says at that instant may come later; the next mission begins after that."""
+    begin, again = Batch("one", (tree(run="one"),)), Batch("two", (tree(run="two"),))
+    end = Batch("one", (StateChanged(S, "one", "m", "success", ""),))
+    words = Batch("one", (LogLine(S, "done"),))
+    assert in_order([begin, end, words, again]) == [begin, words, end, again]
+    assert in_order([end, again]) == [end, again]

@@ -31,6 +31,24 @@ def test_frames_are_joined_from_the_root():
     assert robot.frame == "map"
 
 
+@pytest.mark.parametrize(
+    ("frames", "pose"),
+    [
+        ((FrameTransform("odom", "robot1/base_link", 3.0, 4.0, 0.0),), Pose2D(3.0, 4.0, 0.0)),
+        (
+            (FrameTransform("a", "base_link", 0, 0, 0), FrameTransform("base_link", "a", 0, 0, 0)),
+            Pose2D(0.0, 0.0, 0.0),
+        ),
+    ],
+    ids=["a prefix, as robots of a fleet may have", "a circle"],
+)
+def test_frames_of_other_robots(frames: tuple[FrameTransform, ...], pose: Pose2D):
+    """A broken tree of frames hangs nobody's view."""
+    robot = RobotState()
+    robot.take(frames)
+    assert robot.pose == pose
+
+
 def test_the_trail_grows_as_the_robot_moves():
     """Not while it stands; a robot that becomes localised begins a new one."""
     robot = RobotState()
@@ -39,13 +57,6 @@ def test_the_trail_grows_as_the_robot_moves():
     assert (len(robot.trail), robot.frame) == (4, "odom")
     robot.take(at(0.2, 0.0))
     assert (len(robot.trail), robot.frame) == (1, "map")
-
-
-def test_a_frame_with_a_prefix_is_the_base_too():
-    """As robots of a fleet may have."""
-    robot = RobotState()
-    robot.take((FrameTransform("odom", "robot1/base_link", 3.0, 4.0, 0.0),))
-    assert robot.pose == Pose2D(3.0, 4.0, 0.0)
 
 
 def test_a_scan_is_seen_from_its_own_frame():
@@ -59,15 +70,6 @@ def test_a_scan_is_seen_from_its_own_frame():
     first, last = robot.scan_points()
     assert first == pytest.approx((1.0, 1.1))
     assert last == pytest.approx((1.0, 2.1))
-
-
-def test_frames_in_a_circle_end():
-    """A broken tree of frames hangs nobody's view."""
-    robot = RobotState()
-    robot.take(
-        (FrameTransform("a", "base_link", 0, 0, 0), FrameTransform("base_link", "a", 0, 0, 0))
-    )
-    assert robot.pose == Pose2D(0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
@@ -19,6 +20,14 @@ from bt_mission.core.dds.discovery import MACHINE, RANGE
 from bt_mission.executors import arrivals as module
 from bt_mission.executors.arrivals import Arrivals
 from tests.support.live_rig import LONG_S, Live, count_of, value_of
+from tests.support.two_executors import loose
+
+
+def numbers_of(node: Node, qos: int | QoSProfile = 10) -> list[int]:
+    """Subscribe to ``count``; gives the numbers that have come."""
+    numbers: list[int] = []
+    node.create_subscription(Int64, "count", lambda message: numbers.append(value_of(message)), qos)
+    return numbers
 
 
 def test_nothing_to_serve_is_told_after_the_time_that_was_given(live: Live) -> None:
@@ -33,12 +42,9 @@ def test_nothing_to_serve_is_told_after_the_time_that_was_given(live: Live) -> N
 def test_a_message_from_another_context_ends_the_sleep(monkeypatch: pytest.MonkeyPatch) -> None:
     """As one from another process does: a thread of the middleware tells of it."""
     monkeypatch.setenv(RANGE, MACHINE)
-    messages: list[int] = []
     with ExitStack() as stack:
         first, other = stack.enter_context(closing(Live())), stack.enter_context(closing(Live()))
-        first.node("a").create_subscription(
-            Int64, "count", lambda message: messages.append(value_of(message)), 10
-        )
+        messages = numbers_of(first.node("a"))
         publisher = other.node("b").create_publisher(Int64, "count", 10)
         while not publisher.get_subscription_count():
             first.executor.serve(0.01)
@@ -96,13 +102,9 @@ def test_a_flood_on_one_topic_holds_nobody_up(live: Live) -> None:
 
 def test_what_a_queue_has_dropped_is_not_looked_for(live: Live) -> None:
     """A thousand came, one is there: two rounds, and the executor sleeps again."""
-    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    keep_one = QoSProfile(depth=1)
-    node.create_subscription(
-        Int64, "count", lambda message: messages.append(value_of(message)), keep_one
-    )
+    messages = numbers_of(node, QoSProfile(depth=1))
     while live.executor.serve(0.0):
         pass
     for number in range(1000):
@@ -122,24 +124,6 @@ def test_a_future_ends_the_spin(live: Live) -> None:
     live.executor.spin_until_future_complete(Future(), timeout_sec=0.01)
     live.executor.spin_once_until_future_complete(done, timeout_sec=LONG_S)
     assert done.result() == 1
-
-
-def test_what_a_callback_raises_comes_out(live: Live) -> None:
-    """And what came after it is served next."""
-    messages: list[int] = []
-    node = live.node("a")
-    publisher = node.create_publisher(Int64, "count", 10)
-
-    def fail(_: Int64) -> None:
-        raise ValueError("no")
-
-    node.create_subscription(Int64, "count", fail, 10)
-    node.create_subscription(Int64, "count", lambda message: messages.append(value_of(message)), 10)
-    publisher.publish(Int64(data=4))
-    with pytest.raises(ValueError, match="no"):
-        live.until(lambda: messages)
-    live.until(lambda: messages)
-    assert messages == [4]
 
 
 def test_events_of_discovery_are_served(live: Live) -> None:
@@ -163,10 +147,9 @@ def test_what_the_middleware_does_not_tell_of_is_asked_for(
 ) -> None:
     """Under one that has no such functions, all is."""
     monkeypatch.setattr(Arrivals, "_link", lambda *_: None)
-    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    node.create_subscription(Int64, "count", lambda message: messages.append(value_of(message)), 10)
+    messages = numbers_of(node)
     assert not live.executor.serve(0.0)
     publisher.publish(Int64(data=2))
     live.until(lambda: messages)
@@ -190,17 +173,6 @@ def test_files_that_others_need_are_left_to_them(
     assert messages == ["told", "asked"]
 
 
-def test_a_guard_condition_is_asked_for(live: Live) -> None:
-    """Nothing tells of it."""
-    reports: list[int] = []
-    node = live.node("a")
-    guard = node.create_guard_condition(lambda: reports.append(1))
-    assert not live.executor.serve(0.0)
-    guard.trigger()
-    live.until(lambda: reports)
-    assert reports == [1]
-
-
 def test_a_context_that_is_shut_down_ends_it(live: Live) -> None:
     """As rclpy's own executors say; an executor that is shut down returns at once."""
     live.node("a")
@@ -211,3 +183,58 @@ def test_a_context_that_is_shut_down_ends_it(live: Live) -> None:
     live.executor.shutdown()
     assert not live.executor.serve()
     live.executor.spin()
+
+
+# ---- callbacks that await something ---------------------------------------------------------
+
+
+def test_a_callback_that_awaits_costs_nothing(live: Live) -> None:
+    """It has no turn before what it awaits is there, which ends the sleep."""
+    gate: Future = Future()
+    reports: list[int] = []
+
+    async def wait() -> None:
+        reports.append(await gate)
+
+    live.executor.create_task(wait)
+    assert not live.executor.serve(0.01)
+    turns = live.executor.callbacks_served
+    assert not live.executor.serve(0.01)
+    assert live.executor.callbacks_served == turns
+    gate.set_result(7)
+    live.until(lambda: reports)
+    assert reports == [7]
+
+
+def test_what_waits_for_a_held_group_keeps_nobody_up(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A message and a timer of a node whose callback awaits are served when it has ended."""
+    gate: Future = Future()
+    reports: list[str] = []
+    looks: list[None] = []
+    node = live.node("a")
+    publisher = node.create_publisher(Int64, "count", 10)
+
+    async def wait(_: Int64) -> None:
+        await gate
+        reports.append("awaited")
+
+    node.create_subscription(Int64, "count", loose(wait), 10)
+    node.create_subscription(Int64, "count", lambda _: reports.append("message"), 10)
+    is_well = live.context.ok
+
+    def look() -> bool:
+        looks.append(None)
+        return is_well()
+
+    publisher.publish(Int64())
+    assert live.executor.serve(LONG_S)
+    node.create_timer(0.001, lambda: reports.append("timer"))
+    live.executor.serve(0.01)
+    monkeypatch.setattr(live.context, "ok", look)
+    assert not live.executor.serve(0.05)
+    assert (reports, len(looks) < 10) == ([], True)
+    gate.set_result(None)
+    live.until(lambda: len(set(reports)) == 3)
+    assert reports[0] == "awaited"

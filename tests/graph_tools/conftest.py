@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from bt_mission.cli import main
 from bt_mission.graph_tools import graph_session
+from bt_mission.sessions.scripted_server import ScriptedServer
 from tests.support.graph import Graph
 from tests.support.hand import VirtualHand
 
@@ -26,6 +29,16 @@ class Typed:
     @property
     def lines(self) -> list[str]:
         return self.out.splitlines()
+
+
+@pytest.fixture
+def graph(ros: Graph) -> Graph:
+    """Two actions, one below a namespace, a topic and a service."""
+    ros.server("turn")
+    ScriptedServer(ros.node("spinner"), "nav2_msgs/action/Spin", "robot1/spin")
+    ros.client.create_publisher(String, "speech", 1)
+    ros.client.create_service(SetBool, "switch", lambda _, answer: answer)
+    return ros
 
 
 @pytest.fixture

@@ -11,13 +11,10 @@ import pytest
 from bt_mission_interfaces.action import Turn
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.task import Future
-from rich.console import Console
 
 from bt_mission.graph_tools import action_goals
 from bt_mission.graph_tools.action_goals import GoalWatch
-from bt_mission.graph_tools.goal_events import FeedbackReceived, GoalStateChanged
-from bt_mission.graph_tools.goal_views import GoalLines, GoalObjects, GoalPicture, goal_view_for
-from bt_mission.graph_tools.interface_description import describe_interface
+from bt_mission.graph_tools.goal_views import GoalObjects
 from tests.support.graph import TURN
 
 
@@ -174,39 +171,3 @@ def test_goals_under_way_are_told_to_those_who_come_later(
         *({"goal": goal, "state": "executing", "is_end": False} for goal in turning.ids),
         {"goal": turning.ids[0], "feedback": {"current_angle": 4.0, "remaining_angle": 0.0}},
     ]
-
-
-def test_on_a_terminal_feedback_is_drawn_in_place() -> None:
-    """States stay above it; a goal that has ended takes its feedback with it."""
-    page = io.StringIO()
-    console = Console(file=page, width=80, force_terminal=True, color_system=None)
-    view = GoalPicture(console, describe_interface(TURN))
-    view.show(GoalStateChanged("0123456789", 0.0, "executing", is_end=False))
-    view.show(FeedbackReceived(Turn.Feedback(current_angle=4.0), 0.5, "0123456789"))
-    length = len(page.getvalue())
-    view.show(GoalStateChanged("0123456789", 1.0, "succeeded", is_end=True))
-    view.close()
-    text = page.getvalue()
-    assert "01234567      0.00 s  executing" in text
-    assert "01234567      0.50 s  current_angle 4 deg, remaining_angle 0 deg" in text
-    assert "01234567      1.00 s  succeeded" in text[length:]
-    assert "current_angle" not in text[length:]
-
-
-def test_what_is_shown_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In place on a terminal, lines in a pipe and on a dumb terminal, objects for programs."""
-
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    about = describe_interface(TURN)
-    pipe = io.StringIO()
-    assert isinstance(goal_view_for(pipe, about, json=True, plain=False), GoalObjects)
-    assert isinstance(goal_view_for(pipe, about, json=False, plain=False), GoalLines)
-    monkeypatch.setenv("TERM", "dumb")
-    assert isinstance(goal_view_for(Terminal(), about, json=False, plain=False), GoalLines)
-    monkeypatch.setenv("TERM", "xterm")
-    view = goal_view_for(Terminal(), about, json=False, plain=False)
-    view.close()
-    assert isinstance(view, GoalPicture)

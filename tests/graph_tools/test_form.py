@@ -16,10 +16,7 @@ from bt_mission.core.interface_comments import Section
 from bt_mission.graph_tools.form import FormLine, GoalForm
 from bt_mission.graph_tools.goal_events import GoalOutcome
 from bt_mission.graph_tools.goal_request import GoalSender
-from bt_mission.graph_tools.interface_description import (
-    InterfaceDescription,
-    InterfacePart,
-)
+from bt_mission.graph_tools.interface_description import InterfaceDescription, InterfacePart
 from tests.support.graph import TURN
 
 Script = Callable[[GoalForm, Pilot[Any]], Awaitable[None]]

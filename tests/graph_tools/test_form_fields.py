@@ -33,17 +33,9 @@ def test_every_field_of_a_goal_has_one_line(type_name: str, names: list[str]) ->
 def test_messages_without_a_short_form_are_unfolded() -> None:
     """By dotted names, which come together again."""
     lines = lines_of(describe_interface("geometry_msgs/msg/TwistStamped").part("message"))
-    assert [field.name for field in lines] == [
-        "header.stamp.sec",
-        "header.stamp.nanosec",
-        "header.frame_id",
-        "twist.linear.x",
-        "twist.linear.y",
-        "twist.linear.z",
-        "twist.angular.x",
-        "twist.angular.y",
-        "twist.angular.z",
-    ]
+    header = [f"header.{name}" for name in ("stamp.sec", "stamp.nanosec", "frame_id")]
+    twist = [f"twist.{part}.{axis}" for part in ("linear", "angular") for axis in "xyz"]
+    assert [field.name for field in lines] == header + twist
     assert nested({"a.b.c": 1, "a.d": 2, "e": 3}) == {"a": {"b": {"c": 1}, "d": 2}, "e": 3}
 
 

@@ -6,16 +6,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.graph_tools.goal_events import (
-    CancelRefused,
-    CancelRequested,
-    FeedbackReceived,
-    GoalAccepted,
-    GoalEnded,
-    GoalEvent,
-    GoalOutcome,
-    ServerAwaited,
-)
+from bt_mission.graph_tools import goal_events as events
+from bt_mission.graph_tools.goal_events import GoalEvent, GoalOutcome
 from bt_mission.graph_tools.goal_request import GoalRequest
 
 S = 1_000_000_000
@@ -29,17 +21,17 @@ class Record:
 
     def tell(self, event: GoalEvent) -> None:
         match event:
-            case ServerAwaited(action=action):
+            case events.ServerAwaited(action=action):
                 self.reported.append(f"waiting {action}")
-            case GoalAccepted():
+            case events.GoalAccepted():
                 self.reported.append("accepted")
-            case FeedbackReceived(message=message, since_s=since_s):
+            case events.FeedbackReceived(message=message, since_s=since_s):
                 self.reported.append(f"{message} {since_s:g}")
-            case CancelRequested(why=why):
+            case events.CancelRequested(why=why):
                 self.reported.append(f"canceling {why}")
-            case CancelRefused():
+            case events.CancelRefused():
                 self.reported.append("refused")
-            case GoalEnded(end=end, since_s=since_s):
+            case events.GoalEnded(end=end, since_s=since_s):
                 self.reported.append(f"{end.how} {since_s:g}")
 
 
@@ -52,6 +44,15 @@ def record() -> Record:
 def opened(server: Any, record: Record, **options: Any) -> GoalRequest:
     """A goal that is not sent yet."""
     return GoalRequest(server, {"angle": 9}, record.tell, server_s=5.0, **options)
+
+
+def running(server: Any, record: Record) -> GoalRequest:
+    """A goal that the server has accepted at 0 s."""
+    goal = opened(server, record)
+    goal.poll(0)
+    server.accept()
+    goal.poll(0)
+    return goal
 
 
 def test_a_server_that_comes_late_is_waited_for(server: Any, record: Record) -> None:
@@ -83,16 +84,13 @@ def test_feedback_that_overtakes_the_acceptance_is_told_after_it(
 
 def test_a_result_that_comes_with_feedback_ends_after_it(server: Any, record: Record) -> None:
     """Nothing that was said is lost."""
-    goal = opened(server, record)
-    goal.poll(0)
-    server.accept()
-    goal.poll(S)
+    goal = running(server, record)
     server.feed("last")
     server.goal.on_result(4, "result")
     end = goal.poll(3 * S)
     assert end is not None
     assert (end.how, end.result) == (GoalOutcome.SUCCEEDED, "result")
-    assert record.reported == ["accepted", "last 2", "succeeded 2"]
+    assert record.reported == ["accepted", "last 3", "succeeded 3"]
     assert goal.poll(4 * S) is end
 
 
@@ -100,10 +98,7 @@ def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
     server: Any, record: Record
 ) -> None:
     """People are told once; in the end the goal is named."""
-    goal = opened(server, record)
-    goal.poll(0)
-    server.accept()
-    goal.poll(0)
+    goal = running(server, record)
     goal.cancel("because", S)
     goal.cancel("twice", S)
     end = None
@@ -121,10 +116,7 @@ def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
 
 def test_a_cancel_that_nobody_confirms_ends_after_the_grace(server: Any, record: Record) -> None:
     """The goal is named."""
-    goal = opened(server, record)
-    goal.poll(0)
-    server.accept()
-    goal.poll(0)
+    goal = running(server, record)
     goal.cancel("because", S)
     assert goal.poll(10 * S) is None
     end = goal.poll(11 * S)
@@ -155,10 +147,8 @@ def test_a_cancel_before_anything_was_sent_sends_nothing(server: Any, record: Re
     goal.poll(0)
     goal.cancel("interrupted", S)
     assert goal.end is not None
-    assert (goal.end.how, goal.end.reason) == (
-        GoalOutcome.NOT_SENT,
-        "interrupted; nothing was sent",
-    )
+    assert goal.end.how is GoalOutcome.NOT_SENT
+    assert goal.end.reason == "interrupted; nothing was sent"
     server.ready = True
     goal.poll(2 * S)
     assert server.requests == []
@@ -166,16 +156,12 @@ def test_a_cancel_before_anything_was_sent_sends_nothing(server: Any, record: Re
 
 def test_a_server_without_memory_has_lost_the_goal(server: Any, record: Record) -> None:
     """Its result has a status that is none."""
-    goal = opened(server, record)
-    goal.poll(0)
-    server.accept()
+    goal = running(server, record)
     server.goal.on_result(0, None)
     end = goal.poll(S)
     assert end is not None
-    assert (end.how, end.reason) == (
-        GoalOutcome.LOST,
-        "/turn no longer knows the goal (restarted?)",
-    )
+    assert end.how is GoalOutcome.LOST
+    assert end.reason == "/turn no longer knows the goal (restarted?)"
 
 
 def test_the_words_of_a_rejection_are_waited_for_a_second(server: Any, record: Record) -> None:
@@ -188,10 +174,8 @@ def test_the_words_of_a_rejection_are_waited_for_a_second(server: Any, record: R
     words.append("too fast")
     end = goal.poll(S)
     assert end is not None
-    assert (end.how, end.reason) == (
-        GoalOutcome.REJECTED,
-        "/turn rejected the goal; its log says: too fast",
-    )
+    assert end.how is GoalOutcome.REJECTED
+    assert end.reason == "/turn rejected the goal; its log says: too fast"
 
 
 def test_a_muted_goal_tells_nobody(server: Any, record: Record) -> None:

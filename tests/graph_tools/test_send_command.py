@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -16,15 +15,6 @@ from bt_mission.graph_tools.values import read_fields
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.sessions.scripted_server import ScriptedServer
 from tests.support.graph import TURN
-
-
-def move(server: Any, name: str) -> Callable[[], None]:
-    """A move of the server's with the goal that it then has."""
-
-    def make() -> None:
-        getattr(server.goal, name)()
-
-    return make
 
 
 def test_a_goal_that_succeeds(ros: Any, hand: Any, type_in: Any) -> None:
@@ -55,21 +45,28 @@ def test_a_goal_that_succeeds(ros: Any, hand: Any, type_in: Any) -> None:
     assert server.goal.request.angle == 90.0
 
 
-def test_an_aborted_goal_exits_with_1(ros: Any, hand: Any, type_in: Any) -> None:
-    """With its result, which says why."""
-    server = ros.server()
-    hand.when(lambda: server.goals, lambda: server.goal.abort(error_msg="no scan"))
-    done = type_in("actions", "send", "/turn", "{}")
-    assert done.code == 1
-    assert "/turn aborted the goal after" in done.out
-    assert "  error_msg     no scan" in done.lines
-
-
-def test_a_rejected_goal_exits_with_3(ros: Any, type_in: Any) -> None:
-    """Its server has not warned of anything."""
-    ros.server(accepts=False)
-    done = type_in("actions", "send", "/turn", "{}")
-    assert (done.code, done.lines) == (3, ["/turn rejected the goal; its server gave no reason"])
+@pytest.mark.parametrize(
+    ("accepts", "move", "options", "code", "line"),
+    [
+        (True, "abort", (), 1, "/turn aborted the goal after"),
+        (False, "", (), 3, "/turn rejected the goal; its server gave no reason"),
+        (True, "cancel", (), 4, "canceled: by another client after"),
+        (True, "", ("--timeout", "2"), 4, "canceling: not done within 2 s"),
+    ],
+    ids=["aborted", "rejected", "cancelled by somebody else", "not done in time"],
+)
+def test_each_end_has_its_code(
+    ros: Any, hand: Any, type_in: Any, accepts: Any, move: str, options: Any, code: int, line: str
+) -> None:
+    """And a line that says what has happened; the result says why."""
+    server = ros.server(accepts=accepts)
+    if move:
+        hand.when(lambda: server.goals, lambda: getattr(server.goal, move)(error_msg="no scan"))
+    done = type_in("actions", "send", "/turn", "{}", *options)
+    assert done.code == code
+    assert any(shown.startswith(line) for shown in done.lines), done.out
+    assert ("  error_msg     no scan" in done.lines) is bool(move)
+    assert server.goal.cancels == len(options) // 2
 
 
 def test_a_rejection_is_explained_by_the_log_of_the_server(
@@ -97,7 +94,7 @@ def test_ctrl_c_cancels_and_waits_for_the_end(ros: Any, hand: Any, type_in: Any)
     """The result of a cancelled goal is shown; the code is that of the goal, not of Ctrl-C."""
     server = ros.server(cancels=None)
     hand.at(1.0, hand.press_ctrl_c)
-    hand.at(2.0, move(server, "answer_cancel"))
+    hand.at(2.0, lambda: server.goal.answer_cancel(0))
     hand.at(3.0, lambda: server.goal.cancel(angle_turned=12.0))
     done = type_in("actions", "send", "/turn", "angle: 90")
     assert done.code == 4
@@ -118,24 +115,6 @@ def test_a_second_ctrl_c_leaves_and_names_the_goal(ros: Any, hand: Any, type_in:
     assert done.lines[-1] == (
         f"ended at once by a second Ctrl-C; orphaned goal: /turn goal {short} of 'you' (canceling)"
     )
-
-
-def test_a_goal_cancelled_by_somebody_else_exits_with_4(ros: Any, hand: Any, type_in: Any) -> None:
-    """Whoever it was."""
-    server = ros.server()
-    hand.when(lambda: server.goals, move(server, "cancel"))
-    done = type_in("actions", "send", "/turn", "{}")
-    assert done.code == 4
-    assert done.lines[1].startswith("canceled: by another client after")
-
-
-def test_a_goal_that_takes_too_long_is_cancelled(ros: Any, type_in: Any) -> None:
-    """With --timeout."""
-    server = ros.server()
-    done = type_in("actions", "send", "/turn", "{}", "--timeout", "2")
-    assert done.code == 4
-    assert "canceling: not done within 2 s" in done.lines
-    assert server.goal.cancels == 1
 
 
 def test_a_server_that_dies_is_lost(ros: Any, hand: Any, type_in: Any) -> None:
@@ -162,16 +141,10 @@ def test_without_a_server_it_says_what_it_looked_for(ros: Any, type_in: Any) -> 
         "no action /tur in the graph (looked for 2 s); there are: /spin, /turn; "
         "did you mean '/turn'? [BT-901]\n"
     )
-    given = type_in(
-        "actions",
-        "send",
-        "/tur",
-        "{}",
-        *("--type", "bt_mission_interfaces/action/Turn", "--wait", "2"),
-    )
-    assert (given.code, given.out) == (
+    given = type_in("actions", "send", "/tur", "{}", "--type", TURN, "--wait", "2")
+    assert (given.code, given.lines) == (
         5,
-        "waiting for a server of /tur\nno server of /tur after 2 s\n",
+        ["waiting for a server of /tur", "no server of /tur after 2 s"],
     )
 
 
@@ -255,6 +228,6 @@ def test_a_goal_can_come_from_standard_input(
     """A dash stands for it."""
     monkeypatch.setattr("sys.stdin", io.StringIO("angle: 45\nangular_velocity: 1\n"))
     server = ros.server()
-    hand.when(lambda: server.goals, move(server, "succeed"))
+    hand.when(lambda: server.goals, lambda: server.goal.succeed(angle_turned=45.0))
     assert type_in("actions", "send", "turn", "-").code == 0
     assert (server.goal.request.angle, server.goal.request.angular_velocity) == (45.0, 1.0)

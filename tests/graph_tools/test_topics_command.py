@@ -1,4 +1,4 @@
-"""``bt-mission topics echo`` and ``hz``."""
+"""``bt-mission topics echo`` and ``hz``, and ``bt-mission services call``."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ from typing import Any
 import pytest
 import yaml  # type: ignore[import-untyped]
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
+from bt_mission.graph_tools.topic_messages import RateMeter
 from bt_mission.ros.subscriber import matching_qos
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -119,3 +122,79 @@ def test_rates_for_programs(ros: Any, type_in: Any) -> None:
     assert data["topic"] == "/speech"
     assert data["hz"] == pytest.approx(10.0)
     assert data["silent"] is False
+
+
+@pytest.mark.parametrize(
+    ("times_ms", "hz"),
+    [((), None), ((5, 5), None), ((900, 1000, 50, 100), 20.0)],
+    ids=["no message", "several at one instant", "a simulation that was reset"],
+)
+def test_a_rate_needs_times_that_go_on(times_ms: tuple[int, ...], hz: float | None) -> None:
+    """Where time goes back, it begins anew."""
+    meter = RateMeter(10)
+    for at in times_ms:
+        meter.note(at * 1_000_000)
+    rate = meter.read()
+    assert (rate and rate.hz) == (hz and pytest.approx(hz))
+
+
+def test_a_rate_is_that_of_the_window() -> None:
+    """Mean, least, most, deviation; all messages are counted."""
+    meter = RateMeter(3)
+    for at in (0, 1000, 1100, 1200, 1350):
+        meter.note(at * 1_000_000)
+    rate = meter.read()
+    assert rate is not None
+    assert rate.hz == pytest.approx(3 / 0.35)
+    assert (rate.least_s, rate.most_s) == pytest.approx((0.1, 0.15))
+    assert rate.deviation_s == pytest.approx(0.02357, abs=1e-5)
+    assert (rate.count, meter.total) == (3, 5)
+
+
+# ---- services ----------------------------------------------------------------------------------
+
+
+def test_the_answer_is_printed(ros: Any, type_in: Any) -> None:
+    """As YAML, or as an object."""
+
+    def answer(request: Any, response: Any) -> Any:
+        response.success, response.message = request.data, "done\x1b[2J"
+        return response
+
+    ros.client.create_service(SetBool, "switch", answer)
+    done = type_in("services", "call", "/switch", "data: true")
+    assert (done.code, done.out) == (0, 'success: true\nmessage: "done\\e[2J"\n')
+    done = type_in("services", "call", "/switch", "--json")
+    assert done.code == 1, "no success is no success"
+    assert json.loads(done.out)["success"] is False
+
+
+def test_a_request_that_does_not_fit_is_shown_its_place(ros: Any, type_in: Any) -> None:
+    """Nothing is asked."""
+    ros.client.create_service(SetBool, "switch", lambda _, response: response)
+    done = type_in("services", "call", "/switch", "data: 3")
+    assert done.code == 2
+    assert "request:1:7: error: expected a boolean (bool), got the number 3" in done.err
+
+
+def test_a_service_that_is_not_there_exits_with_5(ros: Any, type_in: Any) -> None:
+    """With what there is."""
+    ros.client.create_service(SetBool, "switch", lambda _, response: response)
+    done = type_in("services", "call", "/swich", "--wait", "1")
+    assert done.code == 5
+    assert "no service /swich in the graph (looked for 1 s)" in done.err
+    assert "did you mean '/switch'?" in done.err
+    done = type_in("services", "call", "/x", "--type", "std_srvs/srv/SetBool", "--wait", "1")
+    assert (done.code, done.err) == (5, "no server of /x after 1 s [BT-901]\n")
+
+
+def test_a_server_that_does_not_answer_exits_with_6(ros: Any, type_in: Any) -> None:
+    """After --timeout."""
+
+    async def never(_: Any, response: Any) -> Any:
+        await Future()
+        return response
+
+    ros.node("silent").create_service(SetBool, "switch", never)
+    done = type_in("services", "call", "/switch", "--timeout", "1")
+    assert (done.code, done.err) == (6, "/switch did not answer within 1 s\n")

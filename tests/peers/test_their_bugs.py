@@ -19,9 +19,7 @@ TURN = "mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 60\n"
 
 def test_a_goal_does_not_outlive_its_halted_leaf(ros: Any) -> None:
     """navigation2#6426, navigation2#4659: cancelled, and the mission ends when it has ended."""
-    turn = ros.server(cancels=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, cancels=None)
     ros.run(1.0)
     node.executive.interrupt("enough")
     ros.until(lambda: turn.goal.cancels)
@@ -35,9 +33,7 @@ def test_a_goal_does_not_outlive_its_halted_leaf(ros: Any) -> None:
 
 def test_a_halt_before_the_answer_does_not_orphan_the_goal(ros: Any) -> None:
     """BehaviorTree.ROS2#57, BehaviorTree.ROS2#75: cancelled as soon as it is accepted."""
-    turn = ros.server(accepts=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, accepts=None)
     node.executive.interrupt("enough")
     ros.run(1.0)
     assert (turn.goal.cancels, node.executive.is_done) == (0, False)
@@ -49,9 +45,7 @@ def test_a_halt_before_the_answer_does_not_orphan_the_goal(ros: Any) -> None:
 @pytest.mark.parametrize("first", ["result", "cancel"])
 def test_cancel_and_result_may_cross(ros: Any, first: str) -> None:
     """BehaviorTree.ROS2#18, BehaviorTree.ROS2#110: whichever is first, nothing is raised."""
-    turn = ros.server(cancels=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, cancels=None)
     ros.run(0.2)
     node.executive.interrupt("enough")
     ros.until(lambda: turn.goal.cancels)
@@ -67,9 +61,7 @@ def test_cancel_and_result_may_cross(ros: Any, first: str) -> None:
 
 def test_a_server_that_no_longer_knows_the_goal(ros: Any) -> None:
     """BehaviorTree.ROS2#129, BehaviorTree.ROS2#134: an outcome, not a crash."""
-    turn = ros.server(accepts=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, accepts=None)
     turn.forget()
     turn.goal.accept()
     ros.until(lambda: node.executive.is_done)
@@ -80,13 +72,12 @@ def test_a_server_that_no_longer_knows_the_goal(ros: Any) -> None:
 
 def test_a_late_result_reaches_nobody_else(ros: Any) -> None:
     """BehaviorTree.ROS2#115, and py_trees_ros' action client: not the leaf's next goal either."""
-    turn = ros.server(cancels=None)
-    node = ros.mission(
+    turn, node = ros.turning(
         "mission: m\ntree:\n  retry: {attempts: 2}\n  do:\n    turn: {angle: 90}\n"
         "    timeout: 1\n    cancel_timeout: 0.5\n    server_timeout: 9\n"
-        "    outputs: {angle_turned: way}\n"
+        "    outputs: {angle_turned: way}\n",
+        cancels=None,
     )
-    ros.until(lambda: turn.goals)
     first = turn.goal
     ros.run(1.7)  # timed out, its cancel not confirmed; the leaf waits for the server to be free
     first.feed(current_angle=5.0)
@@ -104,12 +95,10 @@ def test_a_late_result_reaches_nobody_else(ros: Any) -> None:
 
 def test_a_server_that_dies_is_noticed(ros: Any) -> None:
     """py_trees_ros#234, py_trees_ros#213: not RUNNING for ever, without any timeout."""
-    turn = ros.server()
-    node = ros.mission("mission: m\ntree:\n  turn: {angle: 90}\n")
-    ros.until(lambda: turn.goals)
+    _, node = ros.turning("mission: m\ntree:\n  turn: {angle: 90}\n")
     ros.run(0.2)
     died_s = ros.now_s
-    ros.drop(next(server for server in ros.clock.get_nodes() if server.get_name() == "turn_server"))
+    ros.drop(next(node for node in ros.clock.get_nodes() if node.get_name() == "turn_server"))
     ros.until(lambda: node.executive.root.status is Status.FAILURE)
     assert ros.now_s - died_s <= 0.3
     assert outcome(node.executive, "turn") == "server lost: /turn has gone from the graph"
@@ -117,9 +106,7 @@ def test_a_server_that_dies_is_noticed(ros: Any) -> None:
 
 def test_a_goal_that_ends_at_once_is_seen(ros: Any) -> None:
     """rclpy#1123: the result is there before anybody has asked for it."""
-    turn = ros.server(accepts=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, accepts=None)
     turn.goal.succeed()
     turn.goal.accept()
     ros.run(0.1)
@@ -154,12 +141,11 @@ def test_halting_never_blocks_a_tick(ros: Any) -> None:
 
     Another leaf is ticked on time while the server keeps the cancel waiting.
     """
-    turn = ros.server(cancels=None)
-    node = ros.mission(
+    turn, node = ros.turning(
         "mission: m\ntree:\n  sequence:\n    - parallel:\n        - turn: {angle: 90}\n"
-        "          timeout: 60\n        - wait: 1\n      succeed_when: any\n    - wait: 2\n"
+        "          timeout: 60\n        - wait: 1\n      succeed_when: any\n    - wait: 2\n",
+        cancels=None,
     )
-    ros.until(lambda: turn.goals)
     ros.run(0.2)
     halts = []
     cancel = RosGoalClient.send_cancel
@@ -222,21 +208,17 @@ def test_an_exception_in_one_leaf_ends_the_others(ros: Any) -> None:
 
 def test_a_stopped_mission_terminates_its_leaves(ros: Any) -> None:
     """py_trees 2.6: shutdown left running leaves as they were."""
-    turn = ros.server()
-    node = ros.mission(
+    _, node = ros.turning(
         "mission: m\ntree:\n  parallel:\n    - turn: {angle: 90}\n      timeout: 60\n"
         "    - wait: 100\n    - sequence: [{wait: 100}]\n"
     )
-    ros.until(lambda: turn.goals)
     node.executive.interrupt("enough")
     assert {behaviour.status for behaviour in node.executive.nodes} == {Status.INVALID}
 
 
 def test_timeouts_are_of_ros_time(ros: Any) -> None:
     """BehaviorTree.CPP#781, py_trees_ros#147: an hour of it passes in a blink of the wall."""
-    turn = ros.server()
-    node = ros.mission("mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 3600\n")
-    ros.until(lambda: turn.goals)
+    _, node = ros.turning("mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 3600\n")
     sent_s = ros.now_s
     ros.until(lambda: node.executive.is_done, limit_s=4000)
     assert ros.now_s - sent_s == pytest.approx(3600, abs=0.2)
@@ -248,9 +230,7 @@ def test_an_interrupted_mission_neither_hangs_nor_leaves_a_goal(ros: Any) -> Non
 
     Ctrl-C itself, with processes: tests/cli/test_processes.py.
     """
-    turn = ros.server(cancels=None)
-    node = ros.mission(TURN)
-    ros.until(lambda: turn.goals)
+    _, node = ros.turning(TURN, cancels=None)
     ros.run(0.2)
     node.executive.interrupt("interrupted by Ctrl-C")
     asked_s = ros.now_s
@@ -302,11 +282,8 @@ def test_a_parallel_says_what_becomes_of_the_rest(ros: Any) -> None:
         "  succeed_when: [long enough]\n"
     )
     ros.until(lambda: node.executive.is_done)
-    assert (ros.logged, turn.goal.cancels, node.executive.mission_state.status) == (
-        ["once"],
-        1,
-        "success",
-    )
+    assert (ros.logged, turn.goal.cancels) == (["once"], 1)
+    assert node.executive.mission_state.status == "success"
 
 
 def test_big_trees_cost_what_runs(ros: Any) -> None:

@@ -39,9 +39,7 @@ def trigger(ros: Any, name: str) -> tuple[bool, str]:
 
 def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
     """The default; nothing else happens until the mission is resumed."""
-    turn = ros.server()
-    node = ros.mission(TWO, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TWO, has_controls=True)
     answer = ros.call(PauseMission, "/bt_mission/pause")
     assert (answer.success, answer.message) == (True, "paused")
     ros.run(10.0)
@@ -56,9 +54,7 @@ def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
 
 def test_paused_goals_may_be_kept(ros: Any) -> None:
     """They run on; what they came to is seen after the pause."""
-    turn = ros.server()
-    node = ros.mission(TWO, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TWO, has_controls=True)
     answer = ros.call(PauseMission, "/bt_mission/pause", keep_goals=True)
     assert answer.message == "paused; still running: 'turn'"
     turn.goal.succeed()
@@ -72,9 +68,7 @@ def test_paused_goals_may_be_kept(ros: Any) -> None:
 
 def test_a_kept_goal_keeps_its_limits(ros: Any, received: dict[str, list[Any]]) -> None:
     """The timeout of 60 s cancels it in the pause, and the state tells what is under way."""
-    turn = ros.server(cancels=None)
-    ros.mission(TWO, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, _ = ros.turning(TWO, has_controls=True, cancels=None)
     ros.call(PauseMission, "/bt_mission/pause", keep_goals=True)
     ros.run(59.0)
     assert turn.goal.cancels == 0
@@ -135,24 +129,27 @@ def test_breakpoints_are_listed_and_removed(ros: Any) -> None:
 
 
 def test_breakpoints_do_not_grow_without_end(ros: Any) -> None:
-    """Also while no mission is running, when no name is known to be wrong."""
+    """Each request is answered, also while no mission shows that a name is wrong."""
     ros.serve()
+    client = ros.client.create_client(SetBreakpoint, "/bt_mission/breakpoint")
 
-    def ask(node: str) -> tuple[bool, str]:
-        answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", node=node)
-        return answer.success, answer.message
+    def ask(*nodes: str) -> list[Any]:
+        asked = [client.call_async(SetBreakpoint.Request(node=node)) for node in nodes]
+        ros.until(lambda: all(answer.done() for answer in asked))
+        return [answer.result() for answer in asked]
 
-    assert all(ask(f"node {number}")[0] for number in range(MOST_BREAKPOINTS))
-    assert ask("one more") == (False, "100 breakpoints are set; remove one first")
-    assert ask("node 7") == (True, "pauses before 'node 7'")
-    assert ask("x" * 5000) == (False, "no node has a name of 5,000 characters")
+    reports = ask(*(f"n{i}" for i in range(300)))
+    assert [report.success for report in reports] == [i < MOST_BREAKPOINTS for i in range(300)]
+    assert reports[-1].message == "100 breakpoints are set; remove one first"
+    assert max(len(report.breakpoints) for report in reports) == MOST_BREAKPOINTS
+    known, long = ask("n7", "x" * 5000)
+    assert (known.success, known.message) == (True, "pauses before 'n7'")
+    assert (long.success, long.message) == (False, "no node has a name of 5,000 characters")
 
 
 def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
     """Also one that is paused at a breakpoint; afterwards there is nothing to hold."""
-    turn = ros.server()
-    node = ros.mission(TWO, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TWO, has_controls=True)
     assert trigger(ros, "stop")[0]
     ros.until(lambda: node.executive.is_done)
     assert (node.executive.mission_state.status, turn.goal.cancels) == ("interrupted", 1)
@@ -163,9 +160,7 @@ def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
 
 def test_changes_make_up_the_statuses(ros: Any, received: dict[str, list[Any]]) -> None:
     """A tool that applies each change to the tree has what the service gives."""
-    turn = ros.server()
-    node = ros.mission(TWO, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TWO, has_controls=True)
     turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
     (tree,) = received["tree"]
@@ -197,18 +192,6 @@ def test_nothing_is_said_while_nothing_changes(ros: Any, received: dict[str, lis
     assert {name: len(messages) for name, messages in received.items()} == before
 
 
-def test_each_of_many_breakpoints_is_answered(ros: Any) -> None:
-    """So many are set; the others are refused with the reason, and what is kept is bounded."""
-    ros.serve()
-    client = ros.client.create_client(SetBreakpoint, "/bt_mission/breakpoint")
-    asked = [client.call_async(SetBreakpoint.Request(node=f"n{i}")) for i in range(300)]
-    ros.until(lambda: all(answer.done() for answer in asked))
-    reports = [answer.result() for answer in asked]
-    assert [report.success for report in reports] == [i < MOST_BREAKPOINTS for i in range(300)]
-    assert reports[-1].message == "100 breakpoints are set; remove one first"
-    assert max(len(report.breakpoints) for report in reports) == MOST_BREAKPOINTS
-
-
 @pytest.mark.parametrize("name", ["stop", "step", "resume"])
 def test_each_of_many_calls_is_answered(ros: Any, name: str) -> None:
     """Without a mission, with the reason why not."""
@@ -221,9 +204,7 @@ def test_each_of_many_calls_is_answered(ros: Any, name: str) -> None:
 
 def test_answers_to_other_clients_push_out_none_of_ours(ros: Any) -> None:
     """DDS brings each answer of a server to all of its clients."""
-    turn = ros.server()
-    node = ros.mission(TWO)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TWO)
     service = Turn.Impl.GetResultService
     client = ros.client.create_client(service, "turn/_action/get_result")
     request = service.Request(goal_id=UUID(uuid=list(node.ledger.open_goals[0].id)))

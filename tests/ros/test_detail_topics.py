@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from bt_mission_interfaces.msg import MissionDetails, MissionLog
+from visualization_msgs.msg import Marker
 
+from bt_mission.events.events import GoalChanged
+from bt_mission.goals.poses import NamedPose
 from bt_mission.ros import event_messages, mission_details, status_publisher
 from bt_mission.ros.mission_details import KEPT_GOALS, as_json
 from bt_mission.ros.status_publisher import DETAILS, LOG
+from bt_mission.ros.waypoint_markers import MOST, WaypointMarkers
 
 TURN = """\
 mission: m
@@ -38,9 +43,7 @@ def messages(ros: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 def test_a_running_leaf_tells_how_far_it_is(ros: Any, messages: list[Any]):
     """Towards the bound of its condition; with what it says, and since when."""
-    turn = ros.server()
-    ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, _ = ros.turning(TURN, has_controls=True)
     turn.goal.feed(current_angle=30.0, remaining_angle=60.0)
     ros.run(0.2)
     (leaf,) = (running for running in messages[-1].running if running.label)
@@ -50,19 +53,20 @@ def test_a_running_leaf_tells_how_far_it_is(ros: Any, messages: list[Any]):
 
 
 def test_a_wait_tells_how_long_it_takes(ros: Any, messages: list[Any]):
-    """Its time towards its end, s."""
-    ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
+    """Its time towards its end, s; breakpoints are told as they were named."""
+    node = ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
     ros.run(3.0)
     (leaf,) = messages[-1].running
     assert (leaf.label, leaf.limit) == ("s", 30.0)
     assert leaf.value == pytest.approx(2.95)
+    node.executive.breakpoints.add("0")
+    ros.run(0.2)
+    assert messages[-1].breakpoints == ["0"]
 
 
 def test_a_goal_is_told_when_its_state_changes(ros: Any, messages: list[Any]):
     """Also when the server accepts it, which the ledger has no event for."""
-    turn = ros.server()
-    node = ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, node = ros.turning(TURN, has_controls=True)
     ros.run(0.2)
     turn.goal.succeed(angle_turned=90.0)
     ros.run(0.2)
@@ -75,9 +79,7 @@ def test_a_goal_is_told_when_its_state_changes(ros: Any, messages: list[Any]):
 
 def test_variables_are_told_once_and_again_for_latecomers(ros: Any, messages: list[Any]):
     """Inputs first, outputs when they are written; every tenth message has all."""
-    turn = ros.server()
-    ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, _ = ros.turning(TURN, has_controls=True)
     turn.goal.succeed(angle_turned=90.0)
     ros.run(2.0)
     reports = [
@@ -106,14 +108,6 @@ def test_what_is_said_is_told(ros: Any):
     ros.mission("mission: m\ntree:\n  log: off we go\n", has_controls=True)
     ros.run(1.0)
     assert [(line.text, line.stamp.sec) for line in lines] == [("off we go", 1)]
-
-
-def test_breakpoints_are_told(ros: Any, messages: list[Any]):
-    """As they were named."""
-    node = ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
-    node.executive.breakpoints.add("0")
-    ros.run(0.2)
-    assert messages[-1].breakpoints == ["0"]
 
 
 def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch):
@@ -174,3 +168,49 @@ def test_values_are_short(value: Any, text: str | None):
     result = as_json(value)
     assert len(result) <= 200
     assert text is None or result == text
+
+
+# ---- poses as markers ----------------------------------------------------------------------
+
+
+class Sent(list[Any]):
+    """A node with one publisher, which keeps what is published."""
+
+    def create_publisher(self, *_: Any) -> Any:
+        return SimpleNamespace(publish=self.append)
+
+
+def goal(*places: tuple[float, float], frame: str = "map", change: str = "sent") -> GoalChanged:
+    """A goal with these targets."""
+    targets = tuple(NamedPose(x, y, 0.0, frame) for x, y in places)
+    return GoalChanged(1, "ab", "/go", "go", 1, "active", change, targets)
+
+
+def test_each_pose_is_an_arrow_with_a_number() -> None:
+    """In the frame that the goal names."""
+    node: Any = Sent()
+    WaypointMarkers(node).take(goal((1.0, 2.0), (3.0, 4.0), frame="odom"))
+    arrow, number, _, second = node[-1].markers
+    assert (arrow.type, arrow.header.frame_id) == (Marker.ARROW, "odom")
+    assert (arrow.pose.position.x, arrow.pose.position.y) == (1.0, 2.0)
+    assert (number.text, second.text) == ("1", "2")
+
+
+def test_what_is_latched_tells_of_all() -> None:
+    """A goal with a new pose adds it; one without says nothing."""
+    node: Any = Sent()
+    topic = WaypointMarkers(node)
+    topic.take(goal((1.0, 2.0)))
+    topic.take(goal((1.0, 2.0)))
+    topic.take(goal((9.0, 9.0), change="ended"))
+    topic.take(goal())
+    topic.take(goal((3.0, 4.0)))
+    assert [len(message.markers) for message in node] == [2, 4]
+
+
+def test_poses_without_end_are_not_all_shown() -> None:
+    """They would cover the map."""
+    node: Any = Sent()
+    topic = WaypointMarkers(node)
+    topic.take(goal(*((float(x), 0.0) for x in range(MOST + 50))))
+    assert len(node[-1].markers) == 2 * MOST

@@ -80,9 +80,7 @@ def test_a_mission_is_followed_from_its_first_tick(ros: Any):
 
 def test_who_comes_late_has_the_same_picture(ros: Any):
     """Statuses are asked for; the latched tree and state come by themselves."""
-    turn = ros.server()
-    ros.mission(TWO, has_controls=True)
-    ros.until(lambda: turn.goals)
+    ros.turning(TWO, has_controls=True)
     watcher = Watcher(ros)
     ros.spin_until(lambda: watcher.look().tree is not None)
     ros.spin_until(lambda: watcher.is_complete)
@@ -91,11 +89,7 @@ def test_who_comes_late_has_the_same_picture(ros: Any):
 
 @pytest.mark.parametrize(
     ("verb", "state"),
-    [
-        (Verb.PAUSE, "paused"),
-        (Verb.PAUSE_KEEPING_GOALS, "paused"),
-        (Verb.STOP, "interrupted"),
-    ],
+    [(Verb.PAUSE, "paused"), (Verb.PAUSE_KEEPING_GOALS, "paused"), (Verb.STOP, "interrupted")],
 )
 def test_wishes_are_passed_on(ros: Any, verb: Verb, state: str):
     """And answered in words."""

@@ -39,6 +39,7 @@ MISSION = load(
 def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A graph with an action, a service of another type, and a topic, for a robot."""
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
     context = Context()
     rclpy.init(context=context)
     node = Node("servers", context=context, namespace="robot1", enable_rosout=False)
@@ -54,13 +55,10 @@ def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("robot")
-def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_name_is_found_or_missing_or_of_another_type() -> None:
     """Once each, in the robot's namespace; trees that are not used ask for nothing."""
-    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
     missing = graph_check.find_missing(MISSION, "robot1")
-    assert [
-        (finding.wanted.what, finding.wanted.name, finding.is_there) for finding in missing
-    ] == [
+    assert [(each.wanted.what, each.wanted.name, each.is_there) for each in missing] == [
         ("action", "/robot1/turn", True),
         ("service", "/robot1/stop", False),
         ("service", "/spot", False),
@@ -76,9 +74,8 @@ def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.Mo
 
 
 @pytest.mark.usefixtures("robot")
-def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_topic_that_is_followed_has_to_be_published() -> None:
     """As the type that the mission says; that somebody subscribes to it is not enough."""
-    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
     follow = "".join(
         f"  - {{topic: {topic}, type: std_msgs/msg/{kind}, field: data, as: {name}}}\n"
         for topic, kind, name in (
@@ -96,14 +93,10 @@ def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.Monkey
         ("/robot1/speech2", False),
     ]
     diagnostics = [item.diagnostic() for item in missing if not item.is_there]
+    other = "/robot1/speech2 is a std_msgs/msg/String in the graph, not a std_msgs/msg/Bool"
     assert [(item.line, item.column, item.code, item.message) for item in diagnostics] == [
         (5, 5, "BT-510", "no publisher of /robot1/heard in the graph"),
-        (
-            6,
-            5,
-            "BT-510",
-            "/robot1/speech2 is a std_msgs/msg/String in the graph, not a std_msgs/msg/Bool",
-        ),
+        (6, 5, "BT-510", other),
     ]
 
 
@@ -191,7 +184,6 @@ def test_an_action_whose_fields_differ_is_of_another_release(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As between Humble or Kilted and Jazzy: the name of the type is the same."""
-    monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
     monkeypatch.setattr(graph_check, "type_hash_of", lambda *_: None)
     turn, *_ = graph_check.find_missing(MISSION, "robot1")
     assert str(turn.diagnostic()) == (

@@ -4,14 +4,12 @@ import random
 import sys
 
 import pytest
+from sensor_msgs.msg import Image, Imu
+from std_msgs.msg import Byte, ByteMultiArray
 
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.expression import Expression, Text, resolve
-from bt_mission.language.message_types import (
-    ListOf,
-    Scalar,
-    UnknownType,
-)
+from bt_mission.language.message_types import ListOf, Scalar, UnknownType
 from bt_mission.ros.interface_types import (
     FillError,
     action_type,
@@ -39,41 +37,50 @@ def test_every_short_name_has_an_installed_type():
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("find", "name", "message"),
     [
         (
+            action_type,
             "bt_mission_interfaces/action/Tern",
             (
                 "the action type bt_mission_interfaces/action/Tern is not installed; did you mean "
                 "'bt_mission_interfaces/action/Turn'?"
             ),
         ),
-        ("no_such_package/action/X", "the action type no_such_package/action/X is not installed"),
-        ("antigravity/action/X", "the action type antigravity/action/X is not installed"),
-        ("x" * 5000 + "/action/X", "the action type xxxxx"),
-        ("../../etc/action/X", "expected a type such as nav2_msgs/action/Spin, got "),
-        ("std_msgs/msg/String", "expected a type such as nav2_msgs/action/Spin, got "),
-        ("", "expected a type such as nav2_msgs/action/Spin, got ''"),
+        (
+            service_type,
+            "std_srvs/srv/SetBol",
+            "the service type std_srvs/srv/SetBol is not installed; did you mean 'std_srvs/srv/Set",
+        ),
+        (
+            message_type,
+            "std_msgs/msg/Bol",
+            "the message type std_msgs/msg/Bol is not installed; did you mean 'std_msgs/msg/Bool'",
+        ),
+        (
+            action_type,
+            "no_such_package/action/X",
+            "the action type no_such_package/action/X is not",
+        ),
+        (action_type, "antigravity/action/X", "the action type antigravity/action/X is not insta"),
+        (action_type, "x" * 5000 + "/action/X", "the action type xxxxx"),
+        (action_type, "../../etc/action/X", "expected a type such as nav2_msgs/action/Spin, got "),
+        (action_type, "std_msgs/msg/String", "expected a type such as nav2_msgs/action/Spin, got "),
+        (action_type, "", "expected a type such as nav2_msgs/action/Spin, got ''"),
+        (shapes, "Turn", "expected a type such as nav2_msgs/action/Spin"),
+        (
+            message_type,
+            "std_srvs/srv/SetBool",
+            "expected a type such as std_msgs/msg/String, got '",
+        ),
     ],
 )
-def test_a_type_that_is_not_installed_is_refused(name, message):
+def test_a_type_that_is_not_installed_is_refused(find, name, message):
     """Nothing is imported that the ament index does not list."""
     with pytest.raises(UnknownType) as caught:
-        action_type(name)
+        find(name)
     assert str(caught.value).startswith(message)
     assert "antigravity" not in sys.modules
-
-
-def test_services_and_messages_are_found_in_the_same_way():
-    """By full names, with the nearest one where there is none of that name."""
-    assert service_type("std_srvs/srv/SetBool").Request().data is False
-    assert message_type("std_msgs/msg/Bool")().data is False
-    with pytest.raises(UnknownType, match=r"service type std_srvs/srv/SetBol .*'std_srvs/srv/Set"):
-        service_type("std_srvs/srv/SetBol")
-    with pytest.raises(UnknownType, match=r"message type std_msgs/msg/Bol .*'std_msgs/msg/Bool'"):
-        message_type("std_msgs/msg/Bol")
-    with pytest.raises(UnknownType, match="such as std_msgs/msg/String, got 'std_srvs/srv/SetB"):
-        message_type("std_srvs/srv/SetBool")
 
 
 def test_shapes_of_every_kind_of_type():
@@ -86,22 +93,16 @@ def test_shapes_of_every_kind_of_type():
     assert message.sends is message.keeps is message.asks
     turn = shapes("bt_mission_interfaces/action/Turn")
     assert turn.asks is not None
-    assert [part.name.split()[1] for part in (turn.sends, turn.keeps, turn.asks)] == [
-        *("goal", "result", "feedback")
-    ]
-    with pytest.raises(UnknownType, match="expected a type such as nav2_msgs/action/Spin"):
-        shapes("Turn")
+    parts = [part.name.split()[1] for part in (turn.sends, turn.keeps, turn.asks)]
+    assert parts == ["goal", "result", "feedback"]
 
 
 def test_seconds_and_points_are_filled():
     """A number is a duration, three numbers are a point."""
     goal = fill(action_type("nav2_msgs/action/BackUp").Goal(),
                 {"target": [0.5, 0, 0], "time_allowance": 2.25})  # fmt: skip
-    assert (goal.target.x, goal.time_allowance.sec, goal.time_allowance.nanosec) == (
-        0.5,
-        2,
-        250_000_000,
-    )
+    time = goal.time_allowance
+    assert (goal.target.x, time.sec, time.nanosec) == (0.5, 2, 250_000_000)
 
 
 def test_fields_have_their_names_in_interface_files():
@@ -112,7 +113,7 @@ def test_fields_have_their_names_in_interface_files():
 
 def test_shapes_know_limits_and_sizes():
     """From the generated classes, nested messages included."""
-    imu = shape_of(pytest.importorskip("sensor_msgs.msg").Imu)
+    imu = shape_of(Imu)
     assert imu.fields["angular_velocity_covariance"] == ListOf(Scalar("float64", "number"), size=9)
     loops = shape_of(FOLLOW.Goal).fields["number_of_loops"]
     assert loops == Scalar("uint32", "integer", 0, 2**32 - 1)
@@ -139,7 +140,10 @@ def test_lists_of_three_numbers_become_poses():
 
 
 def test_what_does_not_fit_is_told_by_field():
-    """All of it, and nothing is set."""
+    """All of it, and nothing is set; so is a variable without a value, such as an output."""
+    goal = resolve({"angle": Text("$obstacle")}, {"n": 1}, random.Random(0))
+    with pytest.raises(FillError, match=r"angle: '\$obstacle' has no value \(values: n\)"):
+        fill(TURN.Goal(), goal)
     message = TURN.Goal()
     with pytest.raises(FillError) as caught:
         fill(message, {"angle": float("nan"), "speed": 1})
@@ -151,24 +155,13 @@ def test_what_does_not_fit_is_told_by_field():
     assert message == TURN.Goal()
 
 
-def test_a_variable_without_a_value_is_told_by_field():
-    """An output that was never written, for example."""
-    goal = resolve({"angle": Text("$obstacle")}, {"n": 1}, random.Random(0))
-    with pytest.raises(FillError, match=r"angle: '\$obstacle' has no value \(values: n\)"):
-        fill(TURN.Goal(), goal)
-
-
 def test_bytes_and_arrays_are_filled_and_read():
     """Whatever a message may hold comes back as plain values."""
-    std_msgs = pytest.importorskip("std_msgs.msg")
-    sensor_msgs = pytest.importorskip("sensor_msgs.msg")
-    assert read(fill(std_msgs.Byte(), {"data": 7}), "data") == 7
-    assert fill(std_msgs.ByteMultiArray(), {"data": [1, 2]}).data == [b"\x01", b"\x02"]
-    image = fill(
-        sensor_msgs.Image(), {"data": [1, 2, 255], "encoding": Text("x")} | {"encoding": "x"}
-    )
+    assert read(fill(Byte(), {"data": 7}), "data") == 7
+    assert fill(ByteMultiArray(), {"data": [1, 2]}).data == [b"\x01", b"\x02"]
+    image = fill(Image(), {"data": [1, 2, 255]})
     assert read(image, "data") == [1, 2, 255]
-    imu = fill(sensor_msgs.Imu(), {"orientation_covariance": [1] * 9})
+    imu = fill(Imu(), {"orientation_covariance": [1] * 9})
     assert read(imu, "orientation_covariance") == [1.0] * 9
 
 

@@ -52,8 +52,8 @@ def batches(ros: Any) -> list[Batch]:
     return batches
 
 
-def test_a_watcher_gets_it_whole(ros: Any, batches: list[Batch]) -> None:
-    """The same object, of the same run, with its words in the log and its fields as JSON."""
+def test_watchers_and_the_trace_get_it_whole(ros: Any, batches: list[Batch]) -> None:
+    """The same object, with its words in the log and its fields as JSON; so does the trace."""
     executive = ros.runner.executive
     assert batches == [Batch(executive.run, (BUMP,))]
     mission = MissionState()
@@ -64,21 +64,9 @@ def test_a_watcher_gets_it_whole(ros: Any, batches: list[Batch]) -> None:
     words = "bumped: node rest, what a chair, speed 0.25, places ('left', 'front')"
     assert mission.log[-1].text == words
     line = json.loads(json_line(BUMP, executive.node_infos))
-    assert line == {
-        "event": "bumped",
-        "t": 2 * S,
-        "node": "rest",
-        "path": "0.0",
-        "index": 1,
-        "what": "a chair",
-        "speed": 0.25,
-        "places": ["left", "front"],
-    }
-
-
-@pytest.mark.usefixtures("batches")
-def test_a_trace_has_it(ros: Any) -> None:
-    """It reads back as the same object."""
+    node = {"node": "rest", "path": "0.0", "index": 1}
+    fields = {"what": "a chair", "speed": 0.25, "places": ["left", "front"]}
+    assert line == {"event": "bumped", "t": 2 * S, **node, **fields}
     lines = [json.loads(line) for line in ros.runner.trace.newest]
     (line,) = (element for element in lines if element.get("event") == "bumped")
     assert event_of(line, {}) == BUMP

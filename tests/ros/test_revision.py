@@ -66,12 +66,7 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
     assert (turn.goal.cancels, len(turn.goals)) == (0, 1)
     assert state.tree is not None
     assert [node.name for node in state.tree.nodes] == ["m", "log", "left", "pause"]
-    assert [status.value for status in state.statuses] == [
-        "RUNNING",
-        "INVALID",
-        "RUNNING",
-        "INVALID",
-    ]
+    assert [status.value[0] for status in state.statuses] == ["R", "I", "R", "I"]
     late = MissionState()
     message: list[Any] = []
     ros.client.create_subscription(Tree, "/bt_mission/tree", message.append, LATCHED)
@@ -96,9 +91,7 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
 )
 def test_a_version_that_does_not_fit_is_refused(ros: Any, text: str, message: str) -> None:
     """The response has the reason, and nothing changes."""
-    turn = ros.server()
-    runner = ros.mission(TWO, has_controls=True, editable=True)
-    ros.until(lambda: turn.goals)
+    turn, runner = ros.turning(TWO, has_controls=True, editable=True)
     done, why, _ = revise(ros, text)
     assert (done, runner.executive.revisions, turn.goal.cancels) == (False, 0, 0)
     assert message.partition(":")[0] in why
@@ -153,13 +146,9 @@ def test_a_recording_has_the_tree_of_each_time(tmp_path: Path) -> None:
             with record(stage, path) as recorder:
                 while stage.now_ns < 2_000_000_000:
                     stage.step()
-                new = load(
-                    THREE.replace(
-                        "    - wait", "    - move: {secs: 1, linear_velocity: 0.1}\n    - wait"
-                    )
-                    + "world: empty_arena\n"
-                )
-                assert stage.runner.revise(new).is_applied
+                move = "    - move: {secs: 1, linear_velocity: 0.1}\n    - wait"
+                new = THREE.replace("    - wait", move) + "world: empty_arena\n"
+                assert stage.runner.revise(load(new)).is_applied
                 while not stage.is_done:
                     stage.step()
                 recorder.finish({})

@@ -13,8 +13,12 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.ros import run_ending
-from bt_mission.testing import LiveGraph
+from bt_mission.ros import graph, run_ending
+from bt_mission.ros.mission_node import MissionNode
+from bt_mission.ros.mission_runner import RunnerOptions
+from bt_mission.sessions.load import load
+from bt_mission.testing import LiveGraph, ScriptedServer
+from tests.support.graph import TURN
 from tests.support.thorough import sample
 
 PROGRAM = """
@@ -104,3 +108,25 @@ def test_what_rclpy_raises_while_ros_is_shut_down_abandons_nothing() -> None:
     run_ending._spin(runner, executor, Stopwatch())
     assert not context.ok()
     executor.shutdown()
+
+
+def test_goals_that_nobody_confirms_do_not_keep_a_mission_in_a_graph_from_ending(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The bound is one of wall time, and the goal is named."""
+    monkeypatch.setattr(graph, "END_WAIT_S", 0.0)
+    with graph.GraphConnection(wall_clock=True) as connection:
+        mission = load("mission: m\ntree: {turn: {angle: 90}, timeout: 60}\n")
+        options = graph.NodeOptions(context=connection.context, lean=True)
+        node = MissionNode(mission, RunnerOptions(has_presence=False), node=options)
+        connection.host(node)
+        turn = ScriptedServer(connection.host_quiet("servers"), TURN, "turn", cancels=None)
+        executive = node.runner.executive
+        while not (turn.goals and turn.goal.accepted):
+            connection.step(executive, node)
+        executive.interrupt("enough")
+        while not executive.is_done:
+            connection.step(executive, node)
+        connection.drop(node)
+    assert executive.status == "interrupted"
+    assert "not every goal had ended after 0 s; orphaned goals: /turn goal " in executive.reason

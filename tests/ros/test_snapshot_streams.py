@@ -107,9 +107,7 @@ def test_each_tool_has_a_stream_until_it_closes_it(ros: Any):
 
 def test_a_stream_without_a_period_tells_of_changes_only(ros: Any):
     """The first snapshot is the tree as it stands; each says that there is a change."""
-    turn = ros.server()
-    ros.mission(TURN, has_controls=True)
-    ros.until(lambda: turn.goals)
+    turn, _ = ros.turning(TURN, has_controls=True)
     watcher = TreeWatcher(ros)
     assert watcher.drawn() == [
         "{-} m [*]",
@@ -203,30 +201,21 @@ def test_a_name_that_cannot_be_is_refused(ros: Any, topic: str):
     assert TreeWatcher(ros).newest.behaviours
 
 
-def test_the_streams_of_killed_watchers_are_dropped(ros: Any, monkeypatch: pytest.MonkeyPatch):
-    """After a while; one that is listened to stays."""
-    ros.mission(WAITS, has_controls=True)
-    stays, killed = TreeWatcher(ros), TreeWatcher(ros)
-    ros.run(0.2)
-    killed.leave()
-    ros.run(0.2)
-    assert ros.client.count_publishers(killed.topic) == 1
-    monkeypatch.setattr(snapshot_streams, "SILENT_S", 0.0)
-    ros.run(0.2)
-    assert ros.client.count_publishers(killed.topic) == 0
-    assert ros.client.count_publishers(stays.topic) == 1
-
-
 def test_there_is_room_for_so_many_streams(ros: Any, monkeypatch: pytest.MonkeyPatch):
-    """Then for none, until nobody listens to one of them."""
+    """Then for none, until that of a killed watcher is dropped after a while."""
     ros.mission(WAITS, has_controls=True)
     watchers = [TreeWatcher(ros) for _ in range(MOST_STREAMS)]
-    ros.run(0.2)
+    watchers[3].leave()
+
+    def kept() -> list[bool]:
+        ros.run(0.2)
+        return [ros.client.count_publishers(watcher.topic) == 1 for watcher in watchers]
+
+    assert all(kept())
     asked = {"parameters": parameters()}
     assert ros.call(OpenSnapshotStream, OPEN, **asked).topic_name == ""
     monkeypatch.setattr(snapshot_streams, "SILENT_S", 0.0)
-    watchers[3].leave()
-    ros.run(0.2)
+    assert kept() == [number != 3 for number in range(MOST_STREAMS)]
     assert ros.call(OpenSnapshotStream, OPEN, **asked).topic_name != ""
 
 

@@ -22,18 +22,29 @@ READERS: dict[str, Callable[[Any], Any]] = {
     "changes": reader.changes,
     "state": reader.state,
 }
+
+
+def followed(node: Any) -> tuple[MissionState, list[Any], list[tuple[str, Any]]]:
+    """What a viewer knows of a mission, with the events and the messages that it has got."""
+    feed, events, messages = MissionFeed(MissionState()), [], []
+
+    def take(what: str, message: Any) -> None:
+        messages.append((what, message))
+        events.extend(feed.take(READERS[what](message)))
+
+    node.status_publisher.add(take)
+    return feed.mission, events, messages
+
+
 ONE = "mission: m\ntree: {wait: 1}\n"
 
 
 def test_who_comes_late_is_told_the_tree_and_where_it_stands(ros: Any) -> None:
-    """And from then on what changes; who has left is told nothing."""
+    """And then what changes, with the time of the tick; who has left is told nothing."""
     node = ros.mission(ONE)
     first: list[tuple[str, Any]] = []
     second: list[tuple[str, Any]] = []
-
-    def take_first(what: str, message: Any) -> None:
-        first.append((what, message))
-
+    take_first = lambda what, message: first.append((what, message))  # noqa: E731
     node.status_publisher.add(take_first)
     ros.run(0.5)
     assert [what for what, _ in first] == ["tree", "changes", "state"]
@@ -43,6 +54,8 @@ def test_who_comes_late_is_told_the_tree_and_where_it_stands(ros: Any) -> None:
     node.status_publisher.remove(take_first)
     ros.until(lambda: node.executive.is_done)
     assert len(first) == 3
+    assert to_ns(first[0][1].stamp) == node.executive.started_ns
+    assert to_ns(second[-1][1].stamp) == node.executive.ended_ns
     assert [what for what, _ in second[2:]] == ["changes", "state"]
     assert [state.status for what, state in second if what == "state"] == ["running", "success"]
 
@@ -53,18 +66,6 @@ def test_nothing_is_made_for_nobody(ros: Any) -> None:
     assert isinstance(node.status_publisher, StatusPublisher)
     ros.until(lambda: node.executive.is_done)
     assert node.status_publisher.sequence == 0
-
-
-def test_times_are_the_mission_s(ros: Any) -> None:
-    """The tree has the time of its first tick, the end that of the last."""
-    node = ros.mission(ONE)
-    reports: list[tuple[str, Any]] = []
-    node.status_publisher.add(lambda what, message: reports.append((what, message)))
-    ros.until(lambda: node.executive.is_done)
-    times = {what: message.stamp for what, message in reports}
-    first, last = times["tree"], times["state"]
-    assert first.sec * 10**9 + first.nanosec == node.executive.started_ns
-    assert last.sec * 10**9 + last.nanosec == node.executive.ended_ns
 
 
 def test_nothing_is_told_before_there_is_a_time(ros: Any) -> None:
@@ -97,19 +98,12 @@ tree:
 def test_a_new_round_begins_anew(ros: Any) -> None:
     """What ended in the last round of a loop is to run again, as in the tree itself."""
     node = ros.mission(LOOP)
-    feed = MissionFeed(MissionState())
-    mission = feed.mission
-    events: list[Any] = []
-
-    def take(what: str, message: Any) -> None:
-        events.extend(feed.take(READERS[what](message)))
-
-    node.status_publisher.add(take)
-    at: dict[int, Any] = {}
+    mission, events, _ = followed(node)
+    at: list[Any] = []
     while not node.executive.is_done:
         ros.run(0.05)
         assert mission.statuses == [behaviour.status for behaviour in node.executive.nodes]
-        at[len(at)] = list(mission.statuses)
+        at.append(list(mission.statuses))
     assert [status.value for status in at[50][2:5]] == ["RUNNING", "INVALID", "INVALID"]
     lines = [event for event in events if isinstance(event, NodeChanged) and event.node == 4]
     assert [line.status.value for line in lines] == ["SUCCESS", "SUCCESS"], "once in each round"
@@ -140,20 +134,13 @@ def test_nodes_are_told_with_what_they_are_asked_to_do(ros: Any) -> None:
     """In their author's words, also inside a tree that is used by name."""
     ros.server()
     node = ros.mission(NESTED)
-    feed = MissionFeed(MissionState())
-    mission = feed.mission
-    node.status_publisher.add(lambda what, message: feed.take(READERS[what](message)))
+    mission, _, _ = followed(node)
     ros.run(0.1)
     assert mission.tree is not None
     reported = {first.name: mission.details(at) for at, first in enumerate(mission.tree.nodes)}
     assert reported["about"] == ("by $angle",)
-    turn = (
-        "angle $by",
-        "failure when current_angle >= 45",
-        "within 30 s",
-        "turned := angle_turned",
-    )
-    assert reported["turn"][-4:] == turn
+    limits = ("failure when current_angle >= 45", "within 30 s")
+    assert reported["turn"][-4:] == ("angle $by", *limits, "turned := angle_turned")
     assert reported["m"] == ()
 
 
@@ -173,27 +160,15 @@ tree:
 def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     """Margins once a second, verdicts at the end; each message has all requirements."""
     node = ros.mission(JUDGED)
-    reports: list[Any] = []
-    feed = MissionFeed(MissionState())
-    mission = feed.mission
-
-    def take(what: str, message: Any) -> None:
-        feed.take(READERS[what](message))
-        if what == "requirements":
-            reports.append(message)
-
-    node.status_publisher.add(take)
+    mission, _, messages = followed(node)
     ros.until(lambda: node.executive.is_done)
+    reports = [message for what, message in messages if what == "requirements"]
     start_ns = node.executive.started_ns
     times = [(to_ns(report.stamp) - start_ns) / 1e9 for report in reports]
     assert times == pytest.approx([0.0, 1.0, 1.25, 2.25, 3.0], abs=1e-9)
     assert all([requirement.name for requirement in sent.requirements] == NAMES for sent in reports)
-    assert [mission.requirements[at].verdict for at in range(4)] == [
-        "holds",
-        "violated",
-        "holds",
-        "unknown",
-    ]
+    verdicts = [mission.requirements[at].verdict for at in range(4)]
+    assert verdicts == ["holds", "violated", "holds", "unknown"]
     (quick,) = mission.violated
     assert (quick.name, quick.requirement) == ("is quick", "always time < 1.22")
     assert (quick.violated_at, quick.unit, quick.on_violation) == (1.25, "s", "report")

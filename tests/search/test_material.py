@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.faults.drawable import FieldValues
-from bt_mission.language.mission import Mission
-from bt_mission.search.material import branch_formulas, material_of, present_in
+from bt_mission.search.material import Material, branch_formulas, material_of, present_in
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.work import ScenarioWorker
 
@@ -37,23 +36,21 @@ tree:
 """
 
 
-@pytest.fixture
-def rich(tmp_path: Path) -> BaseScenario:
-    """Load a mission that reads much."""
-    path = tmp_path / "rich.yaml"
-    path.write_text(MISSION)
+def loaded(folder: Path, text: str) -> BaseScenario:
+    """Load a mission from a file."""
+    path = folder / "mission.yaml"
+    path.write_text(text)
     return load_base(path, BaseChanges())
 
 
 @pytest.fixture
-def mission(rich: BaseScenario) -> Mission:
-    """Give the same as a mission."""
-    return rich.mission
+def given(tmp_path: Path) -> Material:
+    """What a mission that reads much gives."""
+    return material_of(loaded(tmp_path, MISSION).mission)
 
 
-def test_names(mission: Mission) -> None:
+def test_names(given: Material) -> None:
     """Its actions, its services, and the topics that it follows beside those of every mission."""
-    given = material_of(mission)
     assert given.actions == ("explore_forward", "turn")
     assert given.services == ("motor_power",)
     assert set(given.topics) == {"scan", "odom", "cmd_vel", "tf", "battery_state"}
@@ -61,16 +58,16 @@ def test_names(mission: Mission) -> None:
     assert (given.uses_battery, given.uses_camera) == (True, False)
 
 
-def test_limits(mission: Mission) -> None:
+def test_limits(given: Material) -> None:
     """Each a little less and a little more."""
-    limits = set(material_of(mission).limits)
+    limits = set(given.limits)
     assert {11.9, 12.1, 1.4, 1.6, 0.6, 0.8} <= limits
     assert {4.9, 5.1, 0.5, 0.7} <= limits  # of the default, and of our servers
 
 
-def test_values_beside_comparisons(mission: Mission) -> None:
+def test_values_beside_comparisons(given: Material) -> None:
     """Of feedback, results that variables come from, followed topics, and requirements."""
-    result = {(field.fault, field.field): field.values for field in material_of(mission).fields}
+    result = {(field.fault, field.field): field.values for field in given.fields}
     assert {0.79, 0.8, 0.81} <= set(result["set_feedback", "current_distance_travelled"])
     assert {9.9, 10.0, 10.1} <= set(result["set_result", "closest_obstacle_angle"])
     assert {19.8, 20.0, 20.2} <= set(result["set_fields", "percentage"])
@@ -79,25 +76,23 @@ def test_values_beside_comparisons(mission: Mission) -> None:
 
 def test_values_fit_their_fields(tmp_path: Path) -> None:
     """A code is no fraction and not below 0, and a field that is not there has none."""
-    path = tmp_path / "codes.yaml"
-    path.write_text(
+    text = (
         "mission: codes\ntree:\n  sequence:\n"
         "    - {turn: {angle: 30}, timeout: 9, outputs: {error_code: code}}\n"
         "    - check: $code == 0\n"
     )
-    (field,) = material_of(load_base(path, BaseChanges()).mission).fields
+    (field,) = material_of(loaded(tmp_path, text).mission).fields
     assert field == FieldValues("set_result", "turn", "error_code", (0, 1))
 
 
-def test_events(mission: Mission) -> None:
+def test_events(given: Material) -> None:
     """Nodes that begin and end, and feedback on its way to a limit."""
-    events = material_of(mission).events
-    assert {'running("drive")', 'succeeded("drive")', 'failed("round")'} <= set(events)
+    assert {'running("drive")', 'succeeded("drive")', 'failed("round")'} <= set(given.events)
 
 
-def test_branches_are_requirements(mission: Mission) -> None:
+def test_branches_are_requirements(given: Material) -> None:
     """A cancel condition is to become true, a condition on variables both."""
-    formulas = branch_formulas(material_of(mission).branches)
+    formulas = branch_formulas(given.branches)
     assert set(formulas.values()) == {
         'never feedback("drive", "current_distance_travelled") > $far',
         "never $bearing > 10 and $charge > $low",
@@ -107,15 +102,14 @@ def test_branches_are_requirements(mission: Mission) -> None:
 
 def test_what_is_not_there_is_not_drawn(tmp_path: Path) -> None:
     """An action without a server, a service without one, and a sensor that the robot lacks."""
-    path = tmp_path / "short.yaml"
-    path.write_text(
+    base = loaded(
+        tmp_path,
         "mission: lonely\nworld: empty_arena\nrobot: burger\ntree:\n  fallback:\n"
         "    - action: {name: /nowhere, type: nav2_msgs/action/Spin}\n"
         "      timeout: 3\n"
         "    - service: {name: /nobody, type: std_srvs/srv/Trigger}\n"
-        "    - {turn: {angle: 5}, timeout: 9}\n"
+        "    - {turn: {angle: 5}, timeout: 9}\n",
     )
-    base = load_base(path, BaseChanges())
     given = material_of(base.mission)
     with ScenarioWorker(base.bundle) as worker:
         there = asyncio.run(present_in(given, base, worker))

@@ -1,26 +1,38 @@
-"""A search: it repeats, keeps to its budget, and takes what is found first in its own order."""
+"""Searches: they repeat, keep to their budget, and take what is found first in their own order."""
 
 from __future__ import annotations
 
 import asyncio
+import json
 import re
-from collections.abc import Callable
+from collections.abc import AsyncGenerator, Callable, Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from bt_mission.cli import main
+from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_text
+from bt_mission.coverage.record import CoverageRecord
+from bt_mission.search.reference import Reference, load_reference
 from bt_mission.search.search import Search
-from bt_mission.search.session import SearchOptions, SearchSession, aim_of
+from bt_mission.search.session import (
+    CoverSession,
+    SearchOptions,
+    SearchSession,
+    aim_of,
+    load_search,
+)
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.strategies import STRATEGIES
-from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.base import BaseChanges, BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import RangesFile
-from bt_mission.sweeps.row import row_of_error
-from tests.search.conftest import Judge, MadeUpRunner
+from bt_mission.sweeps.row import ScenarioRow, row_of_error
+from tests.search.conftest import MISSION, Judge, MadeUpRunner, row
 
 MakeSearch = Callable[[Judge], Search]
 
@@ -155,9 +167,152 @@ def test_what_is_searched_for(base: BaseScenario) -> None:
     """A violated requirement where there are any that are not the search's own."""
     plain = replace(base, mission=replace(base.mission, requirements=()))
     assumed = replace(plain, data={**plain.data, "requirements": {"assumed: x": "always true"}})
-    assert [aim_of(searched, None) for searched in (base, plain, assumed)] == [
-        "violated",
-        "anything",
-        "anything",
-    ]
+    aims = [aim_of(searched, None) for searched in (base, plain, assumed)]
+    assert aims == ["violated", "anything", "anything"]
     assert aim_of(base, "collision") == "collision"
+
+
+# ---- a search for what no run has reached ------------------------------------------------------
+
+
+class CoveringRunner:
+    """Reaches the first place always, and of the others the one of each scenario's number."""
+
+    def __init__(self, places: int, most: int) -> None:
+        self._digits = -(-places // 4)
+        self._most = most
+
+    async def rows(
+        self, scenarios: Iterable[ConcreteScenario]
+    ) -> AsyncGenerator[ScenarioRow, None]:
+        for scenario in scenarios:
+            bits = 1 | 1 << min(scenario.number, self._most)
+            yield replace(row(scenario, 0.5), coverage=f"{bits:0{self._digits}x}")
+
+
+def covered(base: BaseScenario, most: int, budget: int) -> CoverSession:
+    """Search with a runner that reaches no place after so many."""
+    options = SearchOptions(budget=budget, strategy="random")
+    session = CoverSession(base, RangesFile(), options, lambda _: True)
+    places = len(session.state.record.names)
+    asyncio.run(session.run(CoveringRunner(places, most)))
+    return session
+
+
+def test_it_ends_when_everything_is_reached(base: BaseScenario) -> None:
+    """And tells by which scenario each place was."""
+    count = len(CoverageRecord.of(base.mission).names)
+    state = covered(base, count - 1, 100).state
+    assert state.record.missing == ()
+    assert [new for _, _, new in state.first] == [(name,) for name in state.record.names]
+
+
+def test_what_it_cannot_reach_is_listed(base: BaseScenario) -> None:
+    """Once the budget is used up."""
+    state = covered(base, 3, 20).state
+    assert state.runs == 20
+    assert state.record.missing == state.record.names[4:]
+    assert not state.is_interrupted
+
+
+def test_on_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Faults of servers reach ways to end that the mission alone does not."""
+    (tmp_path / "short.yaml").write_text(MISSION.replace("0.4}", "1.4}"))
+    (tmp_path / "ranges.yaml").write_text("faults: {kinds: [kill_server, abort_goal]}")
+    monkeypatch.chdir(tmp_path)
+    words = ["falsify", "short.yaml", "--cover", "--within", "ranges.yaml", "--workers", "1"]
+    assert main([*words, "--budget", "20", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["runs"] == 20
+    assert "0 drive: outcome succeeded" in data["reached"]
+    assert {"0 drive: outcome aborted", "0 drive: outcome server lost"} <= set(data["reached"])
+    assert "0 drive: outcome canceled by another client" in data["missing"]
+    assert data["scenarios"][0]["faults"] == []
+    assert len(data["reached"]) + len(data["missing"]) == data["places"]
+
+
+# ---- a reference: what breaks it as well is no find --------------------------------------------
+
+
+RANGES = RangesFile(read_text("assume: [always speed < 0.3]"))
+
+
+def searched(base: BaseScenario, mission: Judge, good: Judge, budget: int = 60) -> SearchSession:
+    """Search, where functions say what runs of the mission and of the reference come to."""
+    session = SearchSession(
+        base,
+        RANGES,
+        SearchOptions("violated", budget, "random", 1, simplifying_runs=20),
+        lambda _: True,
+        Reference(base, MadeUpRunner(good)),
+    )
+    asyncio.run(session.run(MadeUpRunner(mission)))
+    return session
+
+
+def has(name: str) -> Judge:
+    """Return a judge for which a scenario with a fault of this name breaks."""
+    return lambda scenario: (
+        -0.1 if any(name in text for text in scenario.data.get("faults", ())) else 0.5
+    )
+
+
+def either(scenario: ConcreteScenario) -> float:
+    """Break with a box, and with a cylinder."""
+    return min(
+        has("at 0.0: spawn")(scenario), has("spawn_box")(scenario), has("spawn_cylinder")(scenario)
+    )
+
+
+def test_what_breaks_the_reference_does_not_count(base: BaseScenario) -> None:
+    """Not as a find, nor as a step that makes a find small."""
+    state = searched(base, either, has("spawn_box")).state
+    assert state.unfair > 0
+    (counterexample,) = state.counterexamples
+    assert {fault.name for fault in counterexample.candidate.faults} == {"spawn_cylinder"}
+
+
+def test_a_search_whose_finds_are_all_unfair_finds_nothing(base: BaseScenario) -> None:
+    """However many there are."""
+    state = searched(base, either, either).state
+    assert state.counterexamples == []
+    assert state.unfair > 10
+    assert state.runs == 60
+
+
+def test_it_runs_in_the_scenario_of_the_mission(tmp_path: Path) -> None:
+    """The same place, faults, inputs, requirements and assumptions, and its own requirements."""
+    (tmp_path / "short.yaml").write_text(MISSION)
+    good = MISSION.replace(
+        "keeps its distance: always clearance > 0.1", "is slow: always speed < 1"
+    )
+    (tmp_path / "good.yaml").write_text(good.replace("mission: short", "mission: good"))
+    scenario = tmp_path / "it.scenario.yaml"
+    scenario.write_text(
+        "scenario: it\nmission: short.yaml\nworld: dqn_stage1\nstart: {x: 0.5}\n"
+        "inputs: {speed: 0.15}\nfaults: ['at 2.0: drop scan lasting 1']\n"
+    )
+    base = load_search(scenario, BaseChanges(), RANGES, None)
+    made = load_reference(tmp_path / "good.yaml", base, RANGES)
+    data = made.concrete({"speed": 0.1}).data
+    assert data["mission"] == "good.yaml"
+    assert (data["start"], data["world"]) == ({"x": 0.5}, "dqn_stage1")
+    assert data["inputs"] == {"speed": 0.1}
+    assert data["faults"] == ["at 2.0: drop scan lasting 1"]
+    assert set(data["requirements"]) == {"keeps its distance", "assumed: always speed < 0.3"}
+    assert [requirement.name for requirement in made.mission.requirements] == ["is slow"]
+
+
+def test_a_reference_that_does_not_fit(tmp_path: Path, base: BaseScenario) -> None:
+    """Inputs that it does not have, and nodes that a requirement names."""
+    other = MISSION.replace("speed: 0.2, ", "").replace("$speed", "0.2")
+    (tmp_path / "good.yaml").write_text(other)
+    ranges = RangesFile(read_text("inputs: {speed: 0.1..0.2}", "ranges.yaml"))
+    with pytest.raises(InputError, match="unknown input 'speed'"):
+        load_reference(tmp_path / "good.yaml", base, ranges)
+    (tmp_path / "good.yaml").write_text(MISSION.replace("name: drive", "name: go"))
+    data = {**base.data, "requirements": {"it ends": 'eventually succeeded("drive")'}}
+    with pytest.raises(BtMissionError, match="does not fit the scenario: unknown node: 'drive'"):
+        load_reference(tmp_path / "good.yaml", replace(base, data=data), RANGES)

@@ -120,13 +120,9 @@ def test_another_failure_does_not_count(search_by: Callable[[Judge], Search]) ->
     ("value", "first"), [(3.25, 0.0), (0.237, 0.0), (12.75, 0.0), (-0.55, 0.0), (0.5, 0.0)]
 )
 def test_rounder_numbers_have_fewer_digits(value: float, first: float) -> None:
-    """The roundest comes first, and none is much larger."""
+    """The roundest comes first, and none is much larger; nothing is rounder than zero."""
     results = rounder_numbers(value)
+    assert rounder_numbers(0.0) == []
     assert results[0] == first
     assert value not in results
     assert all(abs(result) <= 1.25 * abs(value) for result in results)
-
-
-def test_nothing_is_rounder_than_zero() -> None:
-    """So there is nothing to try."""
-    assert rounder_numbers(0.0) == []

@@ -46,12 +46,8 @@ def test_everything_is_within_the_ranges(base: BaseScenario) -> None:
     assert all(0.1 <= candidate.values["speed"] <= 0.2 for candidate in drawn)
     assert all(abs(candidate.values["start.y"]) <= 0.5 for candidate in drawn)
     faults = [fault for candidate in drawn for fault in candidate.faults]
-    assert {planned.name for planned in faults} == {
-        "lidar_dead",
-        "slow_server",
-        "move_box",
-        *OBSTACLES,
-    }
+    names = {"lidar_dead", "slow_server", "move_box", *OBSTACLES}
+    assert {planned.name for planned in faults} == names
     assert {planned.arguments.get("action") for planned in faults} == {None, "explore_forward"}
     assert all(isinstance(planned.begins, AtTime) for planned in faults)
     assert all(space.allows(candidate) for candidate in drawn)

@@ -68,6 +68,14 @@ class Graph(Rig):
         if isinstance(event, NodeChanged):
             self.changes.append(event)
 
+    def turning(self, text: str, **options: Any) -> tuple[ScriptedServer, MissionRunner]:
+        """A server of turns and a mission, once the mission's first goal is there."""
+        habits = {name: options.pop(name) for name in ("accepts", "cancels") if name in options}
+        turn = self.server(**habits)
+        runner = self.mission(text, **options)
+        self.until(lambda: turn.goals)
+        return turn, runner
+
     def serve(self, missions: ServedMissions | None = None, **options: Any) -> MissionServer:
         """The executive as a server, of missions sent as text unless another one is given."""
         self.served = MissionServer(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from typing import Any
@@ -96,86 +97,78 @@ class FakeProcess:
     run = None
 
 
-def in_cluster(test: Callable[[FakeCluster], Coroutine[Any, Any, None]]) -> None:
-    """Carry a test out on a cluster of its own."""
+def in_cluster(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """Have a test run on a cluster of its own, its argument ``made``."""
+    signature = inspect.signature(test)
+    fixtures = [its for name, its in signature.parameters.items() if name != "made"]
 
-    async def main() -> None:
-        async with cluster() as made:
-            await test(made)
+    def run(**values: Any) -> None:
+        async def main() -> None:
+            async with cluster() as made:
+                await test(made=made, **values)
 
-    asyncio.run(asyncio.wait_for(main(), 60))
+        asyncio.run(asyncio.wait_for(main(), 60))
+
+    run.__name__, run.__doc__ = test.__name__, test.__doc__
+    run.__signature__ = signature.replace(parameters=fixtures)  # type: ignore[attr-defined]
+    return run
 
 
-def test_a_worker_of_another_version_that_joins_late_is_sent_away() -> None:
+@in_cluster
+async def test_a_worker_of_another_version_that_joins_late_is_sent_away(made: FakeCluster) -> None:
     """What it was given is carried out elsewhere."""
-
-    async def test(made: FakeCluster) -> None:
-        await made.add("first")
-        async with ScenarioPool(EMPTY, made.options) as pool:
-            other = await made.add(OTHER)
-            rows = [done async for done in pool.rows(scenarios(12))]
-            assert sorted(done.number for done in rows) == list(range(12))
-            assert {done.worker for done in rows} == {"first"}
-            await other.finished()
-
-    in_cluster(test)
+    await made.add("first")
+    async with ScenarioPool(EMPTY, made.options) as pool:
+        other = await made.add(OTHER)
+        rows = [done async for done in pool.rows(scenarios(12))]
+        assert sorted(done.number for done in rows) == list(range(12))
+        assert {done.worker for done in rows} == {"first"}
+        await other.finished()
 
 
-def test_the_last_worker_is_of_another_version() -> None:
+@in_cluster
+async def test_the_last_worker_is_of_another_version(made: FakeCluster) -> None:
     """It ends with what that worker has, and does not ask it for ever."""
-
-    async def test(made: FakeCluster) -> None:
-        first = await made.add("first")
-        async with ScenarioPool(EMPTY, made.options) as pool:
-            await first.close()
-            await made.add(OTHER)
-            with pytest.raises(BtMissionError, match=r"mujoco 1\.0\.0 \(here \d"):
-                [done async for done in pool.rows(scenarios(3))]
-
-    in_cluster(test)
+    first = await made.add("first")
+    async with ScenarioPool(EMPTY, made.options) as pool:
+        await first.close()
+        await made.add(OTHER)
+        with pytest.raises(BtMissionError, match=r"mujoco 1\.0\.0 \(here \d"):
+            [done async for done in pool.rows(scenarios(3))]
 
 
-def test_without_workers_it_waits_for_others() -> None:
+@in_cluster
+async def test_without_workers_it_waits_for_others(made: FakeCluster) -> None:
     """It looks on while it waits."""
+    first = await made.add("first")
+    async with ScenarioPool(EMPTY, made.options) as pool:
+        await first.close()
+        waits: list[int] = []
+        started: list[asyncio.Task[Worker]] = []
 
-    async def test(made: FakeCluster) -> None:
-        first = await made.add("first")
-        async with ScenarioPool(EMPTY, made.options) as pool:
-            await first.close()
-            waits: list[int] = []
-            started: list[asyncio.Task[Worker]] = []
+        def on_wait() -> None:
+            waits.append(pool.workers)
+            if pool.workers == 0 and not started:
+                started.append(asyncio.ensure_future(made.add("second")))
 
-            def on_wait() -> None:
-                waits.append(pool.workers)
-                if pool.workers == 0 and not started:
-                    started.append(asyncio.ensure_future(made.add("second")))
-
-            pool.on_wait = on_wait
-            rows = [done async for done in pool.rows(scenarios(3))]
-            assert {done.worker for done in rows} == {"second"}
-            assert 0 in waits
-
-    in_cluster(test)
+        pool.on_wait = on_wait
+        rows = [done async for done in pool.rows(scenarios(3))]
+        assert {done.worker for done in rows} == {"second"}
+        assert 0 in waits
 
 
-def test_two_sweeps_share_workers() -> None:
+@in_cluster
+async def test_two_sweeps_share_workers(made: FakeCluster) -> None:
     """Each has files and tasks of its own, also for scenarios that are called the same."""
-
-    async def test(made: FakeCluster) -> None:
-        await made.add("first")
-        other = Bundle({}, "missions/other.yaml", {}, {})
-        async with ScenarioPool(EMPTY, made.options) as first:
-            async with ScenarioPool(other, made.options) as second:
-                rows = await asyncio.gather(*(_all(pool) for pool in (first, second)))
-            assert [{each.plan for each in part} for part in rows] == [
-                {EMPTY.mission},
-                {other.mission},
-            ]
-            assert [each.plan for each in await _all(first)] == [EMPTY.mission] * 4, (
-                "the second has taken the files of the first away"
-            )
-
-    in_cluster(test)
+    await made.add("first")
+    other = Bundle({}, "missions/other.yaml", {}, {})
+    async with ScenarioPool(EMPTY, made.options) as first:
+        async with ScenarioPool(other, made.options) as second:
+            rows = await asyncio.gather(*(_all(pool) for pool in (first, second)))
+        assert [{each.plan for each in part} for part in rows] == [{EMPTY.mission}, {other.mission}]
+        assert [each.plan for each in await _all(first)] == [EMPTY.mission] * 4, (
+            "the second has taken the files of the first away"
+        )
 
 
 async def _all(pool: ScenarioPool) -> list[ScenarioRow]:
@@ -186,24 +179,19 @@ async def _all(pool: ScenarioPool) -> list[ScenarioRow]:
     ("name", "threads", "message"),
     [
         (None, 1, "the scheduler has no workers; start some with `dask worker tcp://"),
-        (
-            "first",
-            2,
-            r"1 of 1 workers cannot take part, .* has 2 threads, .* with --nthreads 1",
-        ),
+        ("first", 2, r"1 of 1 workers cannot take part, .* has 2 threads, .* with --nthreads 1"),
     ],
 )
-def test_who_is_refused_at_the_start(name: str | None, threads: int, message: str) -> None:
+@in_cluster
+async def test_who_is_refused_at_the_start(
+    made: FakeCluster, name: str | None, threads: int, message: str
+) -> None:
     """In words that say what to do."""
-
-    async def test(made: FakeCluster) -> None:
-        if name:
-            await made.add(name, threads)
-        with pytest.raises(BtMissionError, match=message):
-            async with ScenarioPool(EMPTY, made.options):
-                pass
-
-    in_cluster(test)
+    if name:
+        await made.add(name, threads)
+    with pytest.raises(BtMissionError, match=message):
+        async with ScenarioPool(EMPTY, made.options):
+            pass
 
 
 def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -211,12 +199,13 @@ def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None
     there = {"packages": {"dask": HERE["dask"], "distributed": "2020.1.0"}}
     monkeypatch.setattr(Scheduler, "versions", lambda _: there)
 
+    @in_cluster
     async def test(made: FakeCluster) -> None:
         with pytest.raises(BtMissionError, match=r"has distributed 2020\.1\.0 \(here 20"):
             async with ScenarioPool(EMPTY, made.options):
                 pass
 
-    in_cluster(test)
+    test()
 
 
 @pytest.mark.parametrize(
@@ -244,41 +233,37 @@ def test_what_is_said_of_a_worker(result: Any, why: str) -> None:
     assert bool(reported) == bool(why)
 
 
-def test_workers_keep_no_profile_while_they_take_part() -> None:
+@in_cluster
+async def test_workers_keep_no_profile_while_they_take_part(made: FakeCluster) -> None:
     """Dask's would grow for an hour; afterwards it goes on."""
-
-    async def test(made: FakeCluster) -> None:
-        worker = await made.add("first")
-        profilers = [worker.periodic_callbacks[name] for name in pool_module.PROFILERS]
-        assert [profiler.is_running() for profiler in profilers] == [True, True]
-        async with ScenarioPool(EMPTY, made.options):
-            assert [profiler.is_running() for profiler in profilers] == [False, False]
-        assert [profiler.is_running() for profiler in profilers] == [True, True]
-
-    in_cluster(test)
+    worker = await made.add("first")
+    profilers = [worker.periodic_callbacks[name] for name in pool_module.PROFILERS]
+    assert [profiler.is_running() for profiler in profilers] == [True, True]
+    async with ScenarioPool(EMPTY, made.options):
+        assert [profiler.is_running() for profiler in profilers] == [False, False]
+    assert [profiler.is_running() for profiler in profilers] == [True, True]
 
 
-def test_a_row_tells_how_often_its_worker_died(monkeypatch: pytest.MonkeyPatch) -> None:
+@in_cluster
+async def test_a_row_tells_how_often_its_worker_died(
+    made: FakeCluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It was begun again elsewhere; rows of workers that live were begun once."""
+    loop = asyncio.get_running_loop()
+    carry_out = FakeScenarios.carry_out
 
-    async def test(made: FakeCluster) -> None:
-        loop = asyncio.get_running_loop()
-        carry_out = FakeScenarios.carry_out
+    def dying(self: FakeScenarios, scenario: ConcreteScenario) -> ScenarioRow:
+        worker = get_worker()
+        if worker.name == "doomed":
+            removal = made.scheduler.remove_worker(worker.address, stimulus_id="it died")
+            asyncio.run_coroutine_threadsafe(removal, loop).result()
+        return carry_out(self, scenario)
 
-        def dying(self: FakeScenarios, scenario: ConcreteScenario) -> ScenarioRow:
-            worker = get_worker()
-            if worker.name == "doomed":
-                removal = made.scheduler.remove_worker(worker.address, stimulus_id="it died")
-                asyncio.run_coroutine_threadsafe(removal, loop).result()
-            return carry_out(self, scenario)
-
-        monkeypatch.setattr(FakeScenarios, "carry_out", dying)
-        await made.add("doomed")
-        async with ScenarioPool(EMPTY, made.options) as pool:
-            await made.add("lasting")
-            rows = [done async for done in pool.rows(scenarios(12))]
-        assert sorted(done.number for done in rows) == list(range(12))
-        assert {done.worker for done in rows} == {"lasting"}
-        assert sorted({done.attempts for done in rows}) == [1, 2]
-
-    in_cluster(test)
+    monkeypatch.setattr(FakeScenarios, "carry_out", dying)
+    await made.add("doomed")
+    async with ScenarioPool(EMPTY, made.options) as pool:
+        await made.add("lasting")
+        rows = [done async for done in pool.rows(scenarios(12))]
+    assert sorted(done.number for done in rows) == list(range(12))
+    assert {done.worker for done in rows} == {"lasting"}
+    assert sorted({done.attempts for done in rows}) == [1, 2]

@@ -115,8 +115,7 @@ def test_ranges_that_do_not_fit_the_mission(
 
 
 @pytest.mark.parametrize(
-    ("reader", "key"),
-    [("sweep", "assume: [always speed < 1]"), ("falsify", "robots: [burger]")],
+    ("reader", "key"), [("sweep", "assume: [always speed < 1]"), ("falsify", "robots: [burger]")]
 )
 def test_a_key_that_the_command_does_not_read_is_an_error(reader: str, key: str) -> None:
     """Nothing in a file is ignored."""
@@ -212,11 +211,8 @@ def test_what_is_wrong_with_a_parameter_is_told(text: str, message: str) -> None
 def test_intervals_give_values_of_six_digits_within_their_ends() -> None:
     """So that the command that repeats a run can be typed."""
     interval = Interval("speed", 0.1, 0.26)
-    assert [interval.at(share) for share in (0.0, 0.123456789, 0.999999999)] == [
-        0.1,
-        0.119753,
-        0.26,
-    ]
+    shares = (0.0, 0.123456789, 0.999999999)
+    assert [interval.at(share) for share in shares] == [0.1, 0.119753, 0.26]
     whole = Interval("legs", 1, 3, is_whole=True)
     assert [whole.at(share) for share in (0.0, 0.33, 0.34, 0.67, 0.99)] == [1, 1, 2, 3, 3]
 

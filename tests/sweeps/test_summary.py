@@ -6,12 +6,14 @@ import json
 from dataclasses import replace
 from random import Random
 
+import numpy as np
 import pytest
 
 from bt_mission.core.statistics import wilson
-from bt_mission.sweeps.columns import SweepColumns
+from bt_mission.sweeps.columns import PLAN, SweepColumns
 from bt_mission.sweeps.report.explanation import MOST_VALUES, results_as_dict
 from bt_mission.sweeps.summary import MOST_GROUPS, SweepTally, percent
+from tests.sweeps.conftest import write_results
 from tests.sweeps.rows import LOST, failed, margin, row
 
 
@@ -27,22 +29,10 @@ def test_successes_failures_and_errors_are_counted():
     """What could not run is neither a success nor a failure, and lowers the rate."""
     rows = [row(0), row(1), failed(2), row(3, outcome="error", passed=False, reason="no world")]
     reported = results_as_dict(SweepColumns(rows))
-    assert (
-        reported["scenarios"],
-        reported["succeeded"],
-        reported["failed"],
-        reported["errors"],
-    ) == (4, 2, 1, 1)
+    counted = [reported[name] for name in ("scenarios", "succeeded", "failed", "errors")]
+    assert counted == [4, 2, 1, 1]
     assert reported["success_rate"] == 0.5
     assert reported["interval"] == wilson(2, 4)
-
-
-def test_a_mission_that_succeeds_with_a_violation_has_failed():
-    """What counts is whether everything came out as it must."""
-    failed = row(passed=False, requirements={"keeps clear": margin(-0.1)})
-    tally = SweepTally.of([failed])
-    assert tally.count.failed == 1
-    assert tally.failures[0].reason == "requirement violated: keeps clear"
 
 
 def test_goals_collisions_and_times_are_added():
@@ -78,9 +68,8 @@ def test_very_many_values_are_told_by_stretches():
 
 def test_plans_are_counted_by_name():
     """Scenarios without a plan of faults have no line."""
-    reported = results_as_dict(SweepColumns([row(0, plan="lost"), failed(1, plan="lost"), row(2)]))[
-        "plans"
-    ]
+    rows = [row(0, plan="lost"), failed(1, plan="lost"), row(2)]
+    reported = results_as_dict(SweepColumns(rows))["plans"]
     assert {name: first["succeeded"] for name, first in reported.items()} == {"lost": 1}
 
 
@@ -110,8 +99,9 @@ def test_failed_missions_and_violated_requirements_are_apart():
     late = replace(margin(-1), at=5.0)
     violations = {"slow": late, "clear": margin(-0.1), "held": margin(0.2)}
     rows = [row(0, passed=False, requirements=violations), failed(1, requirements=violations)]
-    groups = SweepTally.of(rows).failures
-    assert [(group.kind, group.path, group.reason) for group in groups] == [
+    tally = SweepTally.of(rows)
+    assert tally.count.failed == 2
+    assert [(group.kind, group.path, group.reason) for group in tally.failures] == [
         ("failed", "explore > look around", LOST),
         ("violated", "", "requirement violated: clear"),
     ]
@@ -150,15 +140,9 @@ def test_the_smallest_margin_of_each_requirement_is_kept():
         failed(1, requirements={"keeps clear": margin(-0.2), "looks": margin(None, "open")}),
     ]
     reported = results_as_dict(SweepColumns(rows))["requirements"]
-    assert reported["keeps clear"] == {
-        "holds": 1,
-        "violated": 1,
-        "open": 0,
-        "unknown": 0,
-        "least_margin": -0.2,
-        "unit": "m",
-        "scenario": rows[1].id,
-    }
+    counts = {"holds": 1, "violated": 1, "open": 0, "unknown": 0}
+    least = {"least_margin": -0.2, "unit": "m", "scenario": rows[1].id}
+    assert reported["keeps clear"] == counts | least
     assert reported["looks"]["least_margin"] is None
 
 
@@ -193,3 +177,86 @@ def test_the_count_as_text():
     """In a line: the count, the rate and its interval."""
     text = str(SweepTally.of([row(n, passed=n > 12) for n in range(1000)]).count)
     assert text == ("987 of 1,000 succeeded (98.7 %; 95 % confidence interval 97.8 to 99.2 %)")
+
+
+# ---- rows as arrays, and which of them are worth a look -----------------------------------------
+
+
+def test_columns_have_a_value_for_each_row():
+    """Also where rows have other parameters and requirements; an infinite margin is none."""
+    columns = SweepColumns(
+        [
+            row(0, parameters={"speed": 0.1}),
+            failed(1, parameters={"world": "hall"}, plan="lost"),
+            row(2, requirements={"clear": margin(0.5)}),
+            row(3, requirements={"clear": margin(float("inf"))}, outcome="error", passed=False),
+        ]
+    )
+    assert columns.values == {
+        "speed": [0.1, None, None, None],
+        "world": [None, "hall", None, None],
+        PLAN: [None, "lost", None, None],
+    }
+    assert np.array_equal(columns.margins("clear"), [np.nan, np.nan, 0.5, np.nan], equal_nan=True)
+    assert columns.passed.tolist() == [True, False, True, False]
+    assert columns.ran.tolist() == [True, True, True, False]
+    assert columns.seconds.tolist() == [20.0, 2.95, 20.0, 20.0]
+
+
+def clear(*metres, **others):
+    """Rows with these margins of one requirement, and some of others."""
+    return [
+        row(
+            n,
+            requirements={"clear": margin(first)} | {name: its[n] for name, its in others.items()},
+        )
+        for n, first in enumerate(metres)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("rows", "most", "order"),
+    [
+        ([*clear(0.01), failed(1), row(2)], 20, [1, 0, 2]),
+        (clear(0.3, 0.1, 0.2), 2, [1, 2]),
+        (clear(0.4, 0.6, 0.5, late=[margin(s, unit="s") for s in (50.0, 5.0, 55.0)]), 1, [1]),
+        (clear(0.3, 0.1, 0.2, no_collision=[margin(0.0, unit="")] * 3), 20, [1, 2, 0]),
+        (
+            [
+                *map(failed, range(50)),
+                failed(50, reason="the base is worn out", failed_node="drive"),
+            ],
+            2,
+            [0, 50],
+        ),
+        ([row(0, outcome="error", passed=False)], 20, []),
+        ([*clear(0.2, 0.1), row(2)], 20, [1, 0, 2]),
+    ],
+    ids=[
+        "failed runs come first, however small the margins of the others are",
+        "the smallest margin is the worst",
+        "metres and seconds are compared by their means",
+        "a margin that is always the same tells nothing",
+        "a frequent failure does not hide a rare one",
+        "what could not run is left out",
+        "runs without a margin are the best",
+    ],
+)
+def test_the_worst_come_first(rows, most, order):
+    """Of each kind of failure one is taken in turn, then the smallest margins."""
+    assert [int(row_id, 16) for row_id in SweepColumns(rows).worst(most)] == order
+
+
+def test_the_requirement_that_counts_is_named():
+    """Its margin is the one that is shown."""
+    late = [margin(seconds) for seconds in (50.0, 5.0, 55.0)]
+    rows = clear(0.4, 0.6, 0.5, late=late, same=[margin(0.0)] * 3)
+    result = SweepColumns(rows)
+    assert [result.nearest(known) for known in rows] == ["clear", "late", "clear"]
+    assert result.nearest(row(9)) is None
+
+
+def test_the_rows_are_read_from_the_results(tmp_path):
+    """In the order of the ids."""
+    store = write_results(tmp_path / "r", [row(0), failed(1), failed(2)], None)
+    assert [worst.number for worst in SweepColumns(store.rows()).worst_rows(store, 2)] == [1, 2]

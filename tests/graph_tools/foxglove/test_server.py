@@ -175,11 +175,8 @@ def test_what_cannot_be_served_is_told_once_and_left_out(monkeypatch: pytest.Mon
         topics, publishers = node.get_topic_names_and_types, node.get_publishers_info_by_topic
         odd = {"/strange": ["no_such/msg/Thing"], "/twice": ["std_msgs/msg/Bool", "a/msg/B"]}
         monkeypatch.setattr(node, "get_topic_names_and_types", lambda: [*topics(), *odd.items()])
-        monkeypatch.setattr(
-            node,
-            "get_publishers_info_by_topic",
-            lambda topic: publishers("/odom" if topic in odd else topic),
-        )
+        look_up = lambda topic: publishers("/odom" if topic in odd else topic)  # noqa: E731
+        monkeypatch.setattr(node, "get_publishers_info_by_topic", look_up)
         it.until(lambda: it.logged)
         with it.client_of("/odom") as client:
             it.until(lambda: len(client.received["/odom"]) > 40, client)
@@ -301,18 +298,13 @@ def test_another_protocol_is_refused(path: str, headers: str):
 
 
 def test_a_port_that_is_taken_is_told():
-    """With what to do."""
+    """With what to do; only this machine reaches it, since the protocol knows no password."""
     with served() as it:
+        assert it.server.link.startswith("ws://127.0.0.1:")
         port = int(it.server.link.rpartition(":")[2])
         why = f"--foxglove-port {port}: the port is in use; --foxglove-port "
         with pytest.raises(BtMissionError, match=why):
             FoxgloveServer(it.server.node, port, lambda: 0, print)
-
-
-def test_only_this_machine_reaches_it():
-    """The protocol knows no password."""
-    with served() as it:
-        assert it.server.link.startswith("ws://127.0.0.1:")
 
 
 def test_what_fails_in_the_server_ends_nothing_else(monkeypatch: pytest.MonkeyPatch):

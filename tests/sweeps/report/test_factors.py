@@ -1,12 +1,17 @@
-"""How success depends on what was varied."""
+"""How success depends on what was varied, as numbers and as figures."""
 
 from __future__ import annotations
+
+import json
+import random
 
 import numpy as np
 import pytest
 
 from bt_mission.core.statistics import wilson
 from bt_mission.sweeps.columns import SweepColumns
+from bt_mission.sweeps.report.charts import histogram_figure, pair_figure, plain, success_figure
+from bt_mission.sweeps.report.explanation import results_as_dict, short_between
 from bt_mission.sweeps.report.factors import (
     MOST_LEVELS,
     MOST_NAMES,
@@ -15,6 +20,7 @@ from bt_mission.sweeps.report.factors import (
     pairs_of,
     round_edges,
 )
+from tests.sweeps.conftest import some_rows
 from tests.sweeps.rows import failed, row
 
 
@@ -56,25 +62,24 @@ def test_of_many_numbers_stretches_are_levels():
     assert made.levels[-1].rate == 1
 
 
-def test_stretches_without_a_row_are_left_out():
-    """There is no rate of nothing."""
-    values = [*np.linspace(0, 1, 50), *np.linspace(9, 10, 50)]
-    made = factor("x", values, passes(*[1] * 100))
-    assert [level.label for level in made.levels] == ["0\u20131", "1\u20132", "9\u201310"]
-
-
-def test_truth_is_no_number():
-    """It has two names."""
-    made = factor("quiet", [True, False, True], passes(1, 1, 0))
-    assert not made.is_number
-    assert [level.label for level in made.levels] == ["true", "false"]
-
-
-def test_rows_without_the_parameter_are_in_no_level():
-    """As those that an error has no value of."""
-    made = factor("world", ["hall", None], passes(1, 1))
-    assert made.indices.tolist() == [0, -1]
-    assert made.levels[0].total == 1
+@pytest.mark.parametrize(
+    ("values", "is_number", "labels"),
+    [
+        (
+            [*np.linspace(0, 1, 50), *np.linspace(9, 10, 50)],
+            True,
+            ["0\u20131", "1\u20132", "9\u201310"],
+        ),
+        ([True, False, True], False, ["true", "false"]),
+        (["hall", None], False, ["hall"]),
+    ],
+    ids=["stretches without a row are left out", "truth is no number", "rows without a value"],
+)
+def test_what_is_a_level(values, is_number, labels):
+    """Rows that an error has no value of are in none."""
+    made = factor("x", values, passes(*[1] * len(values)))
+    assert (made.is_number, [level.label for level in made.levels]) == (is_number, labels)
+    assert [index < 0 for index in made.indices] == [value is None for value in values]
 
 
 def test_of_very_many_names_the_worst_are_shown():
@@ -86,11 +91,13 @@ def test_of_very_many_names_the_worst_are_shown():
     assert not any(level.passed for level in made.levels)
 
 
-def test_what_has_one_value_is_not_varied():
-    """It has no chart."""
+def test_parameters_with_several_values_and_plans_of_faults_are_factors():
+    """What has one value is not varied, and has no chart."""
     columns = SweepColumns(row(n, parameters={"a": 1, "b": n % 2}) for n in range(4))
     assert [varied.name for varied in factors_of(columns)] == ["b"]
     assert pairs_of(columns) == ([], 0)
+    of_all = factors_of(SweepColumns(some_rows()))
+    assert [varied.name for varied in of_all] == ["speed", "world", "plan of faults"]
 
 
 def test_pairs_count_each_cell():
@@ -128,3 +135,182 @@ def test_ends_of_stretches_are_round(low, high, most):
     assert len(edges) - 1 <= most
     if low <= 0 <= high:
         assert 0 in edges
+
+
+# ---- figures: what Plotly is told, and that it takes it --------------------------------------
+
+
+PASSED = SweepColumns([row(0), failed(1), row(2), row(3)])
+
+
+def check(figure):
+    """Have Plotly's own checks look at a figure, where it is installed; return it."""
+    graph_objects = pytest.importorskip("plotly.graph_objects")
+    graph_objects.Figure(json.loads(json.dumps(figure, allow_nan=False)))
+    return figure
+
+
+def test_success_over_numbers_is_a_curve_with_its_interval():
+    """The band is between the interval's ends."""
+    figure = check(success_figure(factor("speed", [0.1, 0.1, 0.2, 0.2], PASSED)))
+    high, low, rate = figure["data"]
+    assert (rate["x"], rate["y"]) == ([0.1, 0.2], [0.5, 1.0])
+    assert low["y"][0] < 0.5 < high["y"][0]
+    assert low["fill"] == "tonexty"
+
+
+def test_success_by_names_is_bars_with_their_interval():
+    """Whiskers reach from the rate to the interval's ends."""
+    figure = check(success_figure(factor("world", ["a", "a", "b", "b"], PASSED)))
+    (bars,) = figure["data"]
+    assert bars["x"] == [0.5, 1.0]
+    assert bars["error_x"]["array"][1] == 0.0
+    assert figure["layout"]["yaxis"]["ticktext"] == ["a", "b"]
+
+
+def test_a_pair_without_scenarios_is_an_empty_cell():
+    """And not one of success 0."""
+    columns = SweepColumns(
+        varied for varied in some_rows() if varied.parameters != {"speed": 0.1, "world": "hall"}
+    )
+    pair = next(drawn for drawn in pairs_of(columns)[0] if drawn.second.name == "world")
+    (heat,) = check(pair_figure(pair))["data"]
+    hall = [level.label for level in pair.second.levels].index("hall")
+    assert heat["z"][hall][0] is None
+    assert heat["text"][hall][0] == ""
+    assert "no scenario" in heat["customdata"][hall][0]
+
+
+def test_a_share_in_a_cell_is_100_only_for_all():
+    """One failure of a thousand shows."""
+    columns = SweepColumns(some_rows())
+    pair = pairs_of(columns)[0][0]
+    pair.passed[0, 0], pair.total[0, 0] = 999, 1000
+    (heat,) = pair_figure(pair)["data"]
+    assert heat["text"][0][0] == "99"
+
+
+def test_failed_runs_are_marked_in_a_distribution():
+    """By colour and by hatching; together they are all runs that have a value."""
+    values = np.array([-0.1, 0.2, 0.3, np.nan])
+    figure = check(
+        histogram_figure(values, np.array([False, True, True, True]), "m", marks_zero=True)
+    )
+    good, bad = figure["data"]
+    assert (sum(good["y"]), sum(bad["y"])) == (2, 1)
+    assert bad["marker"]["pattern"]["shape"]
+    assert figure["layout"]["shapes"][0]["x0"] == 0
+
+
+def test_no_bar_reaches_over_zero():
+    """Else violated and held margins would be in one bar."""
+    values = np.linspace(-0.013, 0.4, 500)
+    figure = histogram_figure(values, values > 0, "m", marks_zero=True)
+    good, bad = figure["data"]
+    assert min(x for x, y in zip(good["x"], good["y"], strict=True) if y) > 0
+    assert max(x for x, y in zip(bad["x"], bad["y"], strict=True) if y) < 0
+    assert not any(g and b for g, b in zip(good["y"], bad["y"], strict=True))
+
+
+def test_a_figure_does_not_grow_with_the_rows():
+    """A hundred thousand values are some bars."""
+    values = np.random.default_rng(1).normal(size=100_000)
+    assert len(json.dumps(histogram_figure(values, values > 0, "m"))) < 10_000
+
+
+def test_texts_are_no_markup_for_plotly():
+    """Which takes some tags, and breaks lines at <br>."""
+    name = '<a href="javascript:x">%{y}</a>'
+    figure = success_figure(factor(name, [name, "b", "b", "b"], PASSED))
+    texts = json.dumps(figure)
+    assert "<a" not in texts
+    assert all(
+        "%{" not in trace["hovertemplate"].replace("%{text}", "") for trace in figure["data"]
+    )
+
+
+def test_a_long_text_is_cut():
+    """A name of a thousand letters leaves room for the chart."""
+    assert plain("x" * 100, 10) == "xxxxxxxxx…"
+    assert plain("a\x1b\u202e") == "a\\x1b\\u202e"
+
+
+# ---- the factor that explains a cause ----------------------------------------------------------
+
+
+def explained(rows) -> list[str | None]:
+    """What explains each cause, in words."""
+    failures = results_as_dict(SweepColumns(rows))["failures"]
+    return [failure["explained_by"] for failure in failures]
+
+
+def drawn(count: int, fails, seed: int = 1):
+    """Rows with two numbers and a name; those fail for which the function says so."""
+    draw = random.Random(seed)
+    for number in range(count):
+        values: dict[str, object] = {
+            "gap": round(draw.uniform(0, 1), 3),
+            "speed": round(draw.uniform(0.1, 0.2), 3),
+        }
+        values["world"] = draw.choice(("hall", "yard"))
+        made = failed if fails(values, draw) else row
+        yield made(number, parameters=values)
+
+
+def test_the_factor_that_decides_is_named_with_its_end():
+    """In a sentence, with the share of the others beside it."""
+    (sentence,) = explained(drawn(200, lambda values, _: values["gap"] < 0.4))
+    assert sentence == "100 % of these have gap < 0.4 (0 % of the other runs)"
+
+
+def test_a_factor_that_decides_mostly_is_named():
+    """With the share that it explains."""
+
+    def fails(values, draw):
+        return draw.random() < (0.9 if values["world"] == "yard" else 0.05)
+
+    (sentence,) = explained(drawn(200, fails))
+    assert sentence == "97 % of these have world = yard (10 % of the other runs)"
+
+
+def test_what_nature_has_drawn_explains_with_its_unit():
+    """It is a factor as the parameters are."""
+    rows = [
+        (failed if number > 60 else row)(number, nature={"lidar_noise": number / 1000})
+        for number in range(100)
+    ]
+    assert explained(rows) == [
+        "100 % of these have lidar_noise >= 0.0605 m (0 % of the other runs)"
+    ]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_chance_explains_nothing(seed):
+    """Where failures do not depend on a factor, nothing is said."""
+    assert explained(drawn(100, lambda _, draw: draw.random() < 0.2, seed)) == [None]
+
+
+def test_identical_runs_are_no_evidence():
+    """Fifty seeds that change nothing are one run for each value."""
+    rows = [
+        (failed if speed else row)(2 * seed + speed, parameters={"speed": speed}, sample=f"{speed}")
+        for seed in range(50)
+        for speed in (0, 1)
+    ]
+    assert explained(rows) == [None]
+
+
+def test_a_single_factor_value_or_failure_explains_nothing():
+    """Neither where nothing varies, nor where too little has failed."""
+    assert explained(failed(n, parameters={"speed": 1}, passed=False) for n in range(9)) == [None]
+    rows = [row(n, parameters={"a": n}) for n in range(50)]
+    assert explained([*rows, failed(50, parameters={"a": 50})]) == [None]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "result"),
+    [(0.391, 0.412, 0.4), (1, 2, 2), (-3.01, -2.99, -3), (0.1, 0.1001, 0.1001)],
+)
+def test_the_end_is_short(low, high, result):
+    """As few digits as lie between two neighbours."""
+    assert short_between(low, high) == result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -47,28 +48,18 @@ def test_the_page_is_whole(results):
     ]
     assert POLICY in text.replace("&#x27;", "'")
     assert not re.search(r'(src|href)="(?!#)', text)
-
-
-def test_each_place_has_its_figure(results):
-    """Three parameters, three pairs of them, a requirement and the duration."""
-    text = text_of(results)
+    # Three parameters, three pairs of them, a requirement and the duration.
     places = re.findall(r'data-figure="(\d+)"', text)
-    assert [int(place) for place in places] == list(range(8))
-    assert len(figures(text)) == 8
+    assert [int(place) for place in places] == list(range(len(figures(text)))) == list(range(8))
 
 
-def test_a_failure_has_its_count_and_its_command(results):
-    """The example is the first of its kind."""
+def test_commands_are_on_the_page(results):
+    """That of the first failure of each kind, and the one that continues the sweep."""
     text = text_of(results)
     assert "<b>22</b>" in text
-    words = re.sub("<.*?>", "", text)
+    words = re.sub("<.*?>", "", text).replace("&#x27;", "'")
     assert "bt-mission run mine/go.yaml --seed 0 --set speed=0.2 --world hall" in words
-    assert "'at 2.0: drop scan lasting 2'" in words.replace("&#x27;", "'")
-
-
-def test_the_sweep_is_gone_on_with_by_a_line(results):
-    """And its versions stand beside it."""
-    words = re.sub("<.*?>", "", text_of(results))
+    assert "'at 2.0: drop scan lasting 2'" in words
     assert "bt-mission sweep mine/go.yaml --seeds 10 --vary speed=0.1,0.2 --resume" in words
     assert "bt-mission 1.2.3, mujoco 4.0" in words
 
@@ -125,8 +116,7 @@ def test_a_page_of_little(tmp_path, rows):
 
 def hostile_results(folder):
     """Results in which every text attacks."""
-    bundle = {**vars(BUNDLE), "files": {**BUNDLE.files, "missions/go.yaml": HOSTILE}}
-    bundle = {key: bundle[key] for key in ("files", "mission", "worlds", "robots")}
+    bundle = replace(BUNDLE, files={**BUNDLE.files, "missions/go.yaml": HOSTILE})
     rows = [
         failed(
             n,
@@ -146,7 +136,7 @@ def hostile_results(folder):
     made_from = origin(
         path=HOSTILE,
         command="bt-mission sweep x",
-        bundle=type(BUNDLE)(**bundle),
+        bundle=bundle,
         places=(CoveragePlace("", "0", HOSTILE, "log", 1, 1, marks),),
     )
     about = {"mission": HOSTILE, "vary": [HOSTILE], "plans": {HOSTILE: [HOSTILE]}}
@@ -154,14 +144,9 @@ def hostile_results(folder):
 
 
 def test_no_text_of_others_is_markup(tmp_path):
-    """Whatever stands in a mission, a message or a name."""
+    """Whatever stands in a mission, a message or a name; nor does it end the script's data."""
     text = text_of(hostile_results(tmp_path / "r"))
     assert markup_leaks(text) == []
-
-
-def test_no_text_ends_the_element_of_the_figures(tmp_path):
-    """They are data in a script element."""
-    text = text_of(hostile_results(tmp_path / "r"))
     result = json.dumps(figures(text))
     assert "<evil" not in result
     assert "\\u001b" not in result
