@@ -3,12 +3,11 @@
 Each side has a lock-step executor of its own with two nodes: the client's, and a scripted server
 that accepts at once and ends the goal at once. Both look at the goal in a timer of 20 Hz, and send
 the next one at the tick after its end.
-Run it as: python benchmarks/goals.py [--rounds N] [--only goals|halts]
+Run it as: python benchmarks/goals.py [--rounds N] [--only goals|halts ...]
 """
 
 from __future__ import annotations
 
-import argparse
 import statistics
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -17,7 +16,7 @@ from typing import Any
 
 import rclpy
 from bt_mission_interfaces.action import Turn
-from measuring import CpuWatch, figure, in_turns, ratios, spread, table
+from measuring import CpuWatch, arguments, figure, in_turns, ratios, spread, table, times
 from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.node import Node
@@ -149,12 +148,11 @@ def compare(rounds: int) -> None:
     ours, bare = in_turns(rounds, *(side.spend for side in sides))
     for side in sides:
         side.close()
-    figure("a goal through a leaf, CPU", (1e6 * taken_s for taken_s in ours), "us")
-    figure("a leaf to a bare client", ratios(ours, bare))
+    ours_us = figure("a goal through a leaf, CPU", times(1e6, ours), "us")
+    to_bare = figure("a leaf to a bare client", ratios(ours, bare))
+    more_us = [1e6 * (own - other) for own, other in zip(ours, bare, strict=True)]
     head = ("a leaf, us a goal", "`ActionClient` alone, us a goal", "ratio", "more, us a goal")
-    cells = [spread(1e6 * taken_s for taken_s in seconds) for seconds in (ours, bare)]
-    more = spread(1e6 * (own - other) for own, other in zip(ours, bare, strict=True))
-    table(head, [[*cells, spread(ratios(ours, bare), 2), more]])
+    table(head, [map(spread, (ours_us, times(1e6, bare), to_bare, more_us))])
 
 
 # ---- halting -----------------------------------------------------------------------------
@@ -188,38 +186,31 @@ class TimedMission(MissionRunner):
         self.halted += isinstance(event, GoalChanged) and event.change == "released"
 
 
-class TimedNode(Node):
-    """A node that has a timed mission."""
-
-    def __init__(self, goals: int, options: Options) -> None:
-        super().__init__(**NodeOptions(lean=True, **options).arguments())
-        self.runner = TimedMission(self, goals)
-
-
 def _halting(goals: int, rounds: int) -> list[object]:
     """Halt a number of goals some times.
 
     A step of the executor is one instant of virtual time with at most one tick: what the server has
     received when the step returns, it has received at the instant of the tick.
     """
-    side = Side(lambda options: TimedNode(goals, options), ScriptedServer)
-    assert isinstance(side.client, TimedNode)
-    node = side.client.runner
+    side = Side(
+        lambda options: Node(**NodeOptions(lean=True, **options).arguments()), ScriptedServer
+    )
+    mission = TimedMission(side.client, goals)
     ordinary, halting, canceled = [], [], 0
     while len(halting) < rounds:
-        halted, cancels = node.halted, _cancels(side)
+        halted, cancels = mission.halted, _cancels(side)
         side.executor.step()
-        if node.halted > halted:
-            assert node.halted - halted == goals
+        if mission.halted > halted:
+            assert mission.halted - halted == goals
             canceled += _cancels(side) - cancels
-            halting.append(1000 * node.seconds[-1])
-            ordinary.append(1000 * statistics.median(node.seconds[-6:-1]))
+            halting.append(1000 * mission.seconds[-1])
+            ordinary.append(1000 * statistics.median(mission.seconds[-6:-1]))
     side.close()
     each = [
         1000 * (halted_s - other) / goals for halted_s, other in zip(halting, ordinary, strict=True)
     ]
     figure(f"halting {goals} goals, CPU of each", each, "us")
-    cells = [goals, spread(ordinary, 2), spread(halting, 2), spread(each)]
+    cells = [goals, *map(spread, (ordinary, halting, each))]
     return [*cells, f"{canceled} of {goals * rounds}"]
 
 
@@ -237,15 +228,11 @@ def compare_halts(rounds: int) -> None:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=15)
     parts = {"goals": compare, "halts": compare_halts}
-    parser.add_argument("--only", choices=parts)
-    options = parser.parse_args()
+    options = arguments(__doc__, only=parts, rounds=15)
     isolate(visible=False)
-    for name, part in parts.items():
-        if options.only in (None, name):
-            part(options.rounds)
+    for part in options.only:
+        part(options.rounds)
 
 
 if __name__ == "__main__":

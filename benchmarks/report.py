@@ -2,18 +2,17 @@
 
 Runs `patrol.yaml` for so many rounds that it takes ten minutes of virtual time, recorded. Processor
 time is measured, because the wall clock shows what else the machine does.
-Run it as: python benchmarks/report.py [--rounds N] [--seeks N]
+Run it as: python benchmarks/report.py [--rounds N] [--seeks N] [--mission FILE]
 """
 
 from __future__ import annotations
 
-import argparse
 import random
 import tempfile
 import time
 from pathlib import Path
 
-from measuring import figure, spread, table
+from measuring import arguments, figures, times
 
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
@@ -67,28 +66,22 @@ def seeks(path: Path, count: int) -> list[float]:
 
 def main() -> None:
     """Measure, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--seeks", type=int, default=1000)
-    parser.add_argument("--mission", type=Path, default=PATROL)
-    options = parser.parse_args()
+    options = arguments(__doc__, rounds=5, seeks=1000, mission=PATROL)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
         virtual_s = record(path, options.mission)
         reading, making, page_mb = pages(path, options.rounds)
-        seeking_ms = [1000 * seek_s for seek_s in seeks(path, options.seeks)]
+        seeking_ms = times(1000, seeks(path, options.seeks))
         size_mb = path.stat().st_size / 1e6
-    figure("read a recording, CPU", reading, "s")
-    figure("make the page, CPU", making, "s")
-    figure("size of the page", page_mb, "MB")
-    figure("go to any instant, CPU", seeking_ms, "ms")
-    rows = [
-        ("read it", spread(reading, 2, "s")),
-        ("generate the page", spread(making, 2, "s")),
-        ("the page", f"{page_mb:.2f} MB"),
-        ("go to any instant", spread(seeking_ms, 1, "ms")),
-    ]
-    table((f"{options.mission.name}, {virtual_s:.1f} s virtual, {size_mb:.1f} MB", "CPU"), rows)
+    figures(
+        f"{options.mission.name}, {virtual_s:.1f} s virtual, {size_mb:.1f} MB",
+        {
+            "read a recording, CPU": (reading, "s"),
+            "make the page, CPU": (making, "s"),
+            "size of the page": (page_mb, "MB"),
+            "go to any instant, CPU": (seeking_ms, "ms"),
+        },
+    )
 
 
 if __name__ == "__main__":

@@ -1,19 +1,19 @@
 """The cost of a stage besides its physics: set-up, steps, memory, hundreds of runs.
 
-Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios] [--hours 2] [--count 99]
+Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios ...] [--help]
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import tempfile
-from collections.abc import Callable
+from argparse import Namespace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import rclpy
-from measuring import CpuWatch, figure, in_turns, process_usage, ratios, spread, table
+from measuring import CpuWatch, arguments, figures, in_turns, process_usage, ratios
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -35,8 +35,8 @@ STEPS = 500
 WAITS = "mission: waits\ntree: {wait: 10000000}\n"
 
 
-def fresh(rounds: int) -> None:
-    """Measure a stage that is made, stepped once and closed; the first one does not count."""
+def fresh(options: Namespace) -> None:
+    """Measure a stage that is made, stepped once and closed."""
     mission = load("mission: m\nworld: empty_arena\ntree: {turn: {angle: 9}, timeout: 9}\n")
 
     def work() -> float:
@@ -49,12 +49,8 @@ def fresh(rounds: int) -> None:
         return watch.elapsed_s * 1000
 
     work()
-    (seconds,) = in_turns(rounds, work)
-    figure("a fresh stage", seconds, "ms")
-    table(
-        ("a fresh stage, after the first", "wall"),
-        [("made, stepped, closed", spread(seconds, 0, "ms"))],
-    )
+    (wall_ms,) = in_turns(3 * options.rounds, work)
+    figures("made, stepped, closed; after the first", {"a fresh stage": (wall_ms, "ms")})
 
 
 class Echo:
@@ -88,66 +84,39 @@ class Echo:
         self.context.shutdown()
 
 
-def with_stock_executor() -> float:
-    """Return the CPU time of a step under rclpy's executor, us."""
+def cpu_of_a_step(executor_type: type[SingleThreadedExecutor | VirtualTimeExecutor]) -> float:
+    """Return the CPU time of a step under an executor, us."""
     echo = Echo()
-    executor = SingleThreadedExecutor(context=echo.context)
+    executor = executor_type(context=echo.context)
     for timer in echo.nodes[0].timers:
-        timer.cancel()  # it is on the wall clock here, and would add work
+        timer.cancel()  # with rclpy's executor it is on the wall clock, and would add work
     for node in echo.nodes:
         executor.add_node(node)
-
-    def step() -> None:
-        asked = echo.received + 1
+    for number in range(2 * STEPS):
+        if number == STEPS:  # the first ones do not count
+            watch = CpuWatch()
         echo.out.publish(Empty())
-        while echo.received < asked:
+        if isinstance(executor, VirtualTimeExecutor):
+            executor.run_until_quiet()
+        while echo.received <= number:
             executor.spin_once(timeout_sec=0)
-
-    return _timed(echo, step, executor)
-
-
-def with_lockstep_executor() -> float:
-    """Return the CPU time of a step under our executor, us."""
-    echo = Echo()
-    executor = VirtualTimeExecutor(context=echo.context)
-    for timer in echo.nodes[0].timers:
-        timer.cancel()
-    for node in echo.nodes:
-        executor.add_node(node)
-
-    def step() -> None:
-        echo.out.publish(Empty())
-        executor.run_until_quiet()
-
-    timed = _timed(echo, step, executor)
-    assert echo.received == 2 * STEPS
-    return timed
-
-
-def _timed(echo: Echo, step: Callable[[], None], executor: Any) -> float:
-    for _ in range(STEPS):
-        step()
-    watch = CpuWatch()
-    for _ in range(STEPS):
-        step()
     elapsed_us = watch.elapsed_s / STEPS * 1e6
     executor.shutdown()
     echo.close()
     return elapsed_us
 
 
-def stepping(rounds: int) -> None:
+def step(options: Namespace) -> None:
     """Measure our executor against rclpy's, in turns."""
-    ours, stock = in_turns(rounds, with_lockstep_executor, with_stock_executor)
-    figure("a step of the nodes, CPU", ours, "us")
-    figure("the same to rclpy's executor", ratios(ours, stock))
-    table(
-        ("a control step without physics", "CPU"),
-        [
-            ("lock-step executor", spread(ours, 0, "us")),
-            ("rclpy's SingleThreadedExecutor", spread(stock, 0, "us")),
-            ("ratio", spread(ratios(ours, stock), 2)),
-        ],
+    works = [partial(cpu_of_a_step, kind) for kind in (VirtualTimeExecutor, SingleThreadedExecutor)]
+    ours, stock = in_turns(options.rounds, *works)
+    figures(
+        "a control step without physics",
+        {
+            "a step of the nodes, CPU": (ours, "us"),
+            "rclpy's SingleThreadedExecutor, CPU": (stock, "us"),
+            "the same to rclpy's executor": (ratios(ours, stock), ""),
+        },
     )
 
 
@@ -156,7 +125,7 @@ def resident_mib() -> float:
     return process_usage(os.getpid())[1] / 2**20
 
 
-def memory(hours: float, settle_s: float) -> None:
+def memory(options: Namespace) -> None:
     """Measure the memory of a stage, and its growth over some hours of virtual time."""
     before = resident_mib()
     mission = load(WAITS)
@@ -164,26 +133,26 @@ def memory(hours: float, settle_s: float) -> None:
         tempfile.TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder)) as stage,
     ):
-        settled_ns = stage.now_ns + round(settle_s * 1e9)
-        end_ns = settled_ns + round(hours * 3600e9)
+        settled_ns = stage.now_ns + round(options.settle * 1e9)
+        end_ns = settled_ns + round(options.hours * 3600e9)
         while stage.now_ns < settled_ns:
             stage.step()
         at_first = resident_mib()
         while stage.now_ns < end_ns:
             stage.step()
         grown = resident_mib() - at_first
-    figure("memory of a stage", at_first - before, "MiB")
-    figure("growth of memory a virtual hour", grown / hours, "MiB")
-    rows = [
-        ("a stage", f"{at_first - before:.1f} MiB"),
-        (f"more after {hours:g} virtual hours", f"{grown:.1f} MiB"),
-    ]
-    table(("memory", "resident"), rows)
+    figures(
+        f"memory, and its growth over {options.hours:g} virtual hours",
+        {
+            "memory of a stage": (at_first - before, "MiB"),
+            "growth of memory a virtual hour": (grown / options.hours, "MiB"),
+        },
+    )
 
 
-def scenarios(count: int) -> None:
+def scenarios(options: Namespace) -> None:
     """Drawn scenarios one after the other, on one core."""
-    watch, seconds = Stopwatch(), 0.0
+    watch, seconds, count = Stopwatch(), 0.0, options.count
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(count):
             stages = Stages(Path(folder))
@@ -191,35 +160,29 @@ def scenarios(count: int) -> None:
             run.until_done()
             seconds += run.t
             stages.close()
-    each = watch.elapsed_s / count
-    figure("virtual seconds a second", seconds / watch.elapsed_s)
-    rows = [
-        ("virtual seconds, each", f"{seconds / count:.1f}"),
-        ("wall seconds, each", f"{each:.3f}"),
-        ("virtual seconds a second", f"{seconds / watch.elapsed_s:.0f}"),
-    ]
-    table((f"{count} drawn scenarios, one core", "mean"), rows)
+    figures(
+        f"mean of {count} drawn scenarios, one core",
+        {
+            "a scenario, virtual time": (seconds / count, "s"),
+            "a scenario, wall time": (watch.elapsed_s / count, "s"),
+            "virtual seconds a second": (seconds / watch.elapsed_s, ""),
+        },
+    )
 
 
 def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", choices=("fresh", "step", "memory", "scenarios"))
-    parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--hours", type=float, default=2.0, help="virtual, for the memory")
-    parser.add_argument("--settle", type=float, default=300, help="virtual seconds before them")
-    parser.add_argument("--count", type=int, default=100, help="of scenarios")
-    options = parser.parse_args()
+    """Measure all parts, or some."""
+    options = arguments(
+        __doc__,
+        only={"fresh": fresh, "step": step, "memory": memory, "scenarios": scenarios},
+        rounds=7,
+        hours=(2.0, "virtual, for the memory"),
+        settle=(300.0, "virtual seconds before them"),
+        count=(100, "scenarios"),
+    )
     isolate(visible=False)
-    parts: dict[str, Callable[[], None]] = {
-        "fresh": lambda: fresh(3 * options.rounds),
-        "step": lambda: stepping(options.rounds),
-        "memory": lambda: memory(options.hours, options.settle),
-        "scenarios": lambda: scenarios(options.count),
-    }
-    for name, part in parts.items():
-        if options.only in (None, name):
-            part()
+    for part in options.only:
+        part(options)
 
 
 if __name__ == "__main__":
