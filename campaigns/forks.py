@@ -105,9 +105,9 @@ def main() -> None:
                 (
                     mission,
                     f"{same} of {count}",
-                    spread(runs, 2, "s"),
-                    spread(forks, 2, "s"),
-                    spread(ratios(paired, runs), 2),
+                    spread(runs, "s"),
+                    spread(forks, "s"),
+                    spread(ratios(paired, runs)),
                 )
             )
             print(f"{mission}: {same} of {count} the same", file=sys.stderr, flush=True)
