@@ -16,13 +16,14 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-from measuring import arguments, figure, ratios, spread, table
+from measuring import arguments, figure, figures, ratios, spread, table
 
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
+from bt_mission.views.web.report.page import page_of, robot_runs
 
 MISSIONS = [Path("missions/explore.yaml"), Path("missions/patrol.yaml")]
 SOME = (
@@ -43,13 +44,18 @@ BARE, RECORDED = "without", "recorded"
 
 @dataclass(frozen=True)
 class Run:
-    """The outcome of a run; `seconds` is the processor time of each second of virtual time."""
+    """The outcome of a run; `seconds` is the processor time of each second of virtual time.
+
+    Of a recorded one also the processor time of reading it, and of making its page.
+    """
 
     seconds: list[float]
     virtual_s: float
     trace: str
     messages: int = 0
     bytes: int = 0
+    reading_s: float = 0.0
+    page_s: float = 0.0
 
 
 def run(mission: Mission, way: str) -> Run:
@@ -79,8 +85,14 @@ def run(mission: Mission, way: str) -> Run:
         seconds = [after - before for before, after in pairwise(marks)]
         if recorder is None:
             return Run(seconds, report.virtual_s, report.trace_sha256)
+        begin = time.thread_time()
+        recordings = list(robot_runs(Path(folder) / "run.mcap"))
+        read = time.thread_time()
+        page_of(recordings)
+        reading_s, page_s = read - begin, time.thread_time() - read
         file = recorder.file
-        return Run(seconds, report.virtual_s, report.trace_sha256, file.messages, file.bytes)
+        size = (file.messages, file.bytes)
+        return Run(seconds, report.virtual_s, report.trace_sha256, *size, reading_s, page_s)
 
 
 def quietest(runs: list[Run]) -> float:
@@ -131,6 +143,19 @@ def recording(file: Path, rounds: int) -> None:
     recorded = runs[RECORDED][0]
     per_minute = 60 / recorded.virtual_s
     figure(f"{file.stem}: size of a virtual minute", recorded.bytes * per_minute / 1e6, "MB")
+    figures(
+        "of the recording",
+        {
+            f"{file.stem}: read a virtual minute": (
+                [timed.reading_s * per_minute for timed in runs[RECORDED]],
+                "s",
+            ),
+            f"{file.stem}: make the page of a virtual minute": (
+                [timed.page_s * per_minute for timed in runs[RECORDED]],
+                "s",
+            ),
+        },
+    )
     print(
         f"a virtual minute: {recorded.bytes * per_minute / 1e6:.2f} MB, "
         f"{recorded.messages * per_minute:.0f} messages; trace {recorded.trace[:8]}\n"

@@ -1,14 +1,13 @@
-"""What a goal costs through a leaf, against an action client alone; and what halting costs.
+"""What a goal costs through a leaf, against an action client alone.
 
 Each side has a lock-step executor of its own with two nodes: the client's, and a scripted server
 that accepts at once and ends the goal at once. Both look at the goal in a timer of 20 Hz, and send
 the next one at the tick after its end.
-Run it as: python benchmarks/goals.py [--rounds N] [--only goals|halts ...]
+Run it as: python benchmarks/goals.py [--rounds N]
 """
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import count
@@ -23,10 +22,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from bt_mission.core.dds.discovery import isolate
-from bt_mission.events.events import Event, GoalChanged
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.mission_runner import TICK_RATE_HZ, MissionRunner, RunnerOptions
+from bt_mission.ros.mission_runner import TICK_RATE_HZ, RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
@@ -155,84 +153,11 @@ def compare(rounds: int) -> None:
     table(head, [map(spread, (ours_us, times(1e6, bare), to_bare, more_us))])
 
 
-# ---- halting -----------------------------------------------------------------------------
-
-
-def halts(goals: int) -> str:
-    """Return a mission that repeatedly halts a number of goals at once."""
-    turns = "        - {turn: {angle: 90}, timeout: 60}\n" * goals
-    return (
-        "mission: halts\ntree:\n  repeat: {count: 100000}\n  do:\n    sequence:\n"
-        f"    - parallel:\n        - wait: 0.5\n{turns}      succeed_when: any\n    - wait: 0.5\n"
-    )
-
-
-class TimedMission(MissionRunner):
-    """Notes the duration of each tick, and the number of released goals."""
-
-    def __init__(self, node: Node, goals: int) -> None:
-        super().__init__(node, load(halts(goals)), ALONE)
-        self.seconds: list[float] = []
-        self.halted = 0
-        self.executive.events.subscribe(self._note)
-
-    def tick(self) -> None:
-        """Tick, and note the time."""
-        watch = CpuWatch()
-        super().tick()
-        self.seconds.append(watch.elapsed_s)
-
-    def _note(self, event: Event) -> None:
-        self.halted += isinstance(event, GoalChanged) and event.change == "released"
-
-
-def _halting(goals: int, rounds: int) -> list[object]:
-    """Halt a number of goals some times.
-
-    A step of the executor is one instant of virtual time with at most one tick: what the server has
-    received when the step returns, it has received at the instant of the tick.
-    """
-    side = Side(
-        lambda options: Node(**NodeOptions(lean=True, **options).arguments()), ScriptedServer
-    )
-    mission = TimedMission(side.client, goals)
-    ordinary, halting, canceled = [], [], 0
-    while len(halting) < rounds:
-        halted, cancels = mission.halted, _cancels(side)
-        side.executor.step()
-        if mission.halted > halted:
-            assert mission.halted - halted == goals
-            canceled += _cancels(side) - cancels
-            halting.append(1000 * mission.seconds[-1])
-            ordinary.append(1000 * statistics.median(mission.seconds[-6:-1]))
-    side.close()
-    each = [
-        1000 * (halted_s - other) / goals for halted_s, other in zip(halting, ordinary, strict=True)
-    ]
-    figure(f"halting {goals} goals, CPU of each", each, "us")
-    cells = [goals, *map(spread, (ordinary, halting, each))]
-    return [*cells, f"{canceled} of {goals * rounds}"]
-
-
-def _cancels(side: Side) -> int:
-    return sum(goal.cancels for goal in side.server.goals)
-
-
-def compare_halts(rounds: int) -> None:
-    """Print the cost of a tick that halts running goals, and when the server gets the cancel."""
-    print("### A tick that halts running goals\n")
-    head = ("goals", "a tick before, ms", "the halting tick, ms", "us a goal")
-    head += ("cancel requests at the server at the instant of that tick",)
-    table(head, (_halting(goals, rounds) for goals in (1, 10, 100)))
-
-
 def main() -> None:
-    """Print the tables."""
-    parts = {"goals": compare, "halts": compare_halts}
-    options = arguments(__doc__, only=parts, rounds=15)
+    """Print the table."""
+    options = arguments(__doc__, rounds=15)
     isolate(visible=False)
-    for part in options.only:
-        part(options.rounds)
+    compare(options.rounds)
 
 
 if __name__ == "__main__":

@@ -7,15 +7,17 @@ continues where the first was stopped.
 from __future__ import annotations
 
 import json
+import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn
 
 from benchmarks.measuring import NOT_SOUND, figure
+from bt_mission.testing.live_graph import LiveGraph, own_domain
 
 Line = dict[str, Any]
 AT_ONCE = 200
@@ -34,30 +36,39 @@ def missing(path: Path, count: int) -> list[int]:
     return [number for number in range(count) if number not in done]
 
 
-def carry_out(
-    trial: Callable[[int], Any],
-    numbers: Iterable[int],
-    path: Path,
-    jobs: int = 0,
-    initializer: Callable[[], None] | None = None,
-) -> list[Line]:
-    """Run trials, here or with `jobs` in processes; return all results.
-
-    Args:
-        trial: Returns a mapping or a dataclass with a number and findings.
-    """
-    with ExitStack() as stack:
-        results = stack.enter_context(path.open("a", encoding="utf-8"))
-        outcomes: Iterable[Any] = map(trial, numbers)
-        if jobs:
-            pool = get_context("spawn").Pool(jobs, initializer, maxtasksperchild=AT_ONCE)
-            outcomes = stack.enter_context(pool).imap_unordered(trial, numbers)
+def write(outcomes: Iterable[Any], path: Path) -> list[Line]:
+    """Append outcomes, mappings or dataclasses, as they come; return all results."""
+    with path.open("a", encoding="utf-8") as results:
         for outcome in outcomes:
             line = asdict(outcome) if is_dataclass(outcome) else outcome
             results.write(json.dumps(line) + "\n")
             results.flush()
-            print(f"{line['number']}:", *line["findings"] or ["no finding"], sep=" ", flush=True)
+            print(f"{line['number']}:", *line["findings"] or ["no finding"], flush=True)
     return read(path)
+
+
+def carry_out(
+    trial: Callable[[int], Any],
+    numbers: Iterable[int],
+    path: Path,
+    jobs: int,
+    initializer: Callable[[], None] | None = None,
+) -> list[Line]:
+    """Run trials in processes; return all results."""
+    with get_context("spawn").Pool(jobs, initializer, maxtasksperchild=AT_ONCE) as pool:
+        return write(pool.imap_unordered(trial, numbers), path)
+
+
+@contextmanager
+def live_robot() -> Iterator[LiveGraph]:
+    """Run a Waffle and its servers as processes, in an empty arena."""
+    with tempfile.TemporaryDirectory() as folder, own_domain() as domain_id:
+        graph = LiveGraph(Path(folder), domain_id)
+        try:
+            graph.robot("empty_arena", "waffle", "--no-camera")
+            yield graph
+        finally:
+            graph.close()
 
 
 def conclude(lines: list[Line], *texts: str) -> NoReturn:
