@@ -47,7 +47,7 @@ PERIOD_S = 0.05
 """Between two control steps, s."""
 CALM_S = 10.0
 """The time for which the control step is watched without a flood, s."""
-READY_S = 60.0
+READY_S = 120.0
 """The limit for a process to serve, s."""
 START_S = 10.0
 """The time without growth of memory after which a process counts as started, s."""
@@ -211,7 +211,8 @@ class Robot:
             if not self._turn.server_is_ready():
                 continue
             future = self._turn.send_goal_async(goal)
-            self.spin(0.5)
+            while not future.done() and watch.elapsed_s < READY_S:
+                self.spin(0.1)
             if future.done() and future.result().accepted:
                 self.spin(1.0)
                 return
