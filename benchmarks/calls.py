@@ -6,7 +6,6 @@ functions count, too; a function belongs to its package.
 
 from __future__ import annotations
 
-import argparse
 import cProfile
 import gc
 import pstats
@@ -14,7 +13,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from measuring import figure, table
+from measuring import arguments, figure, table
 
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
@@ -62,12 +61,11 @@ def package_of(function: Function) -> str:
 
 def main() -> None:
     """Measure, and print the calls of each package."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--functions", type=int, default=0, help="show the N most called, too")
-    parser.add_argument(
-        "--seconds", type=int, nargs=2, default=(20, 80), help="how long the two runs are"
+    options = arguments(
+        __doc__,
+        functions=(0, "show the N most called, too"),
+        seconds=([20, 80], "how long the two runs are"),
     )
-    options = parser.parse_args()
     short_s, long_s = options.seconds
     calls_in(short_s)  # what is made once for a process
     longer, shorter = calls_in(long_s), calls_in(short_s)

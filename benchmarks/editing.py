@@ -14,29 +14,24 @@ Run it as: python benchmarks/editing.py [--rounds N]
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import gzip
 import os
-import sys
 import tempfile
 import time
-from contextlib import closing
 from functools import partial
 from pathlib import Path
 
-from measuring import figure, spread
+from measuring import arguments, figure, figures, spread
 
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.editing.vocabulary import kinds
 from bt_mission.views.web.edit.server import EditServer
 from bt_mission.views.web.edit.workspace import Workspace
 from bt_mission.views.web.server import WebOptions, page_files
-
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-from tests.support.browser import BROWSER, Page, browser  # noqa: E402 - found by the line above
-from tests.support.web_screen import Screen  # noqa: E402 - as above
+from tests.support.browser import BROWSER, Page, browser
+from tests.support.web_pages import play_with
+from tests.support.web_screen import Screen
 
 NODES = 1_000
 LINES = 300
@@ -47,6 +42,7 @@ SETTLE_S = 1.0
 """Wall time between two acts: the text is checked in between."""
 
 RUNS = 5
+LONGEST_S = 3600.0
 
 LAP = """
 window.byId = (name) => document.getElementById(name);
@@ -125,8 +121,7 @@ class Bench(Screen):
 
 def show(name: str, times: list[float], *more: str) -> None:
     """Print a figure with its spread, and the load of the machine."""
-    figure(name, times, "ms")
-    print("; ".join([f"{name}: {spread(times, 0, 'ms')}", *more]))
+    print("; ".join([f"{name}: {spread(figure(name, times, 'ms'), 'ms')}", *more]))
     print(f"  load of the machine: {os.getloadavg()[0]:.1f}", flush=True)
 
 
@@ -152,9 +147,9 @@ async def acts(bench: Bench, link: str, rounds: int) -> None:
         show(
             f"{name} to its redraw",
             drawn_ms,
-            f"to its text {spread(text_ms, 0, 'ms')}",
-            f"processor time of the page {spread(page_ms, 0, 'ms')}",
-            f"of this process {spread(server_ms, 0, 'ms')}",
+            f"to its text {spread(text_ms, 'ms')}",
+            f"processor time of the page {spread(page_ms, 'ms')}",
+            f"of this process {spread(server_ms, 'ms')}",
         )
 
 
@@ -179,35 +174,28 @@ async def runs(bench: Bench, rounds: int) -> None:
     show("run to its first frame", times)
 
 
-async def measure(page: Page, missions: Path, rounds: int) -> None:
+def measure(page: Page, missions: Path, rounds: int) -> None:
     """Serve the editor of a folder, and measure."""
     page.call("Performance.enable")
-    server = EditServer(Workspace(missions), WebOptions(port=0), keeps_ready=True)
-    with closing(server):
-        is_over = False
-        serving = asyncio.create_task(server.serve(lambda: is_over))
+
+    async def scene(server: EditServer) -> None:
         bench = Bench(page)
-        try:
-            await acts(bench, server.link, rounds)
-            await keys(bench, server.link, rounds)
-            await runs(bench, min(rounds, RUNS))
-        finally:
-            is_over = True
-            await serving
+        await acts(bench, server.link, rounds)
+        await keys(bench, server.link, rounds)
+        await runs(bench, min(rounds, RUNS))
+
+    server = EditServer(Workspace(missions), WebOptions(port=0), keeps_ready=True)
+    play_with(server, scene, LONGEST_S)
 
 
-def main() -> int:
+def main() -> None:
     """Measure, and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=11)
-    parser.add_argument("--nodes", type=int, default=NODES)
-    given = parser.parse_args()
+    given = arguments(__doc__, rounds=11, nodes=NODES)
     if BROWSER is None:
         print("Chromium is not installed: nothing is measured")
-        return 0
+        return
     size = sum(len(gzip.compress(content)) for content in page_files().values()) / 1e3
-    figure("the page's files, compressed", [size], "kB")
-    print(f"the page's files, compressed: {size:.0f} kB")
+    figures("files", {"the page's files, compressed": (size, "kB")})
     prepare_middleware()
     kinds()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
@@ -216,9 +204,8 @@ def main() -> int:
         (missions / "large.yaml").write_text(mission(given.nodes))
         (missions / "usual.yaml").write_text(mission(LINES // 2))
         with browser(Path(temporary) / "profile") as page:
-            asyncio.run(measure(page, missions, given.rounds))
-    return 0
+            measure(page, missions, given.rounds)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -1,15 +1,13 @@
-"""What a goal costs through a leaf, against an action client alone; and what halting costs.
+"""What a goal costs through a leaf, against an action client alone.
 
 Each side has a lock-step executor of its own with two nodes: the client's, and a scripted server
 that accepts at once and ends the goal at once. Both look at the goal in a timer of 20 Hz, and send
 the next one at the tick after its end.
-Run it as: python benchmarks/goals.py [--rounds N] [--only goals|halts]
+Run it as: python benchmarks/goals.py [--rounds N]
 """
 
 from __future__ import annotations
 
-import argparse
-import statistics
 from collections.abc import Callable
 from contextlib import ExitStack
 from itertools import count
@@ -17,17 +15,16 @@ from typing import Any
 
 import rclpy
 from bt_mission_interfaces.action import Turn
-from measuring import CpuWatch, figure, in_turns, ratios, spread, table
+from measuring import CpuWatch, arguments, figure, in_turns, ratios, spread, table, times
 from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from bt_mission.core.dds.discovery import isolate
-from bt_mission.events.events import Event, GoalChanged
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.mission_runner import TICK_RATE_HZ, MissionRunner, RunnerOptions
+from bt_mission.ros.mission_runner import TICK_RATE_HZ, RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
@@ -149,103 +146,18 @@ def compare(rounds: int) -> None:
     ours, bare = in_turns(rounds, *(side.spend for side in sides))
     for side in sides:
         side.close()
-    figure("a goal through a leaf, CPU", (1e6 * taken_s for taken_s in ours), "us")
-    figure("a leaf to a bare client", ratios(ours, bare))
+    ours_us = figure("a goal through a leaf, CPU", times(1e6, ours), "us")
+    to_bare = figure("a leaf to a bare client", ratios(ours, bare))
+    more_us = [1e6 * (own - other) for own, other in zip(ours, bare, strict=True)]
     head = ("a leaf, us a goal", "`ActionClient` alone, us a goal", "ratio", "more, us a goal")
-    cells = [spread(1e6 * taken_s for taken_s in seconds) for seconds in (ours, bare)]
-    more = spread(1e6 * (own - other) for own, other in zip(ours, bare, strict=True))
-    table(head, [[*cells, spread(ratios(ours, bare), 2), more]])
-
-
-# ---- halting -----------------------------------------------------------------------------
-
-
-def halts(goals: int) -> str:
-    """Return a mission that repeatedly halts a number of goals at once."""
-    turns = "        - {turn: {angle: 90}, timeout: 60}\n" * goals
-    return (
-        "mission: halts\ntree:\n  repeat: {count: 100000}\n  do:\n    sequence:\n"
-        f"    - parallel:\n        - wait: 0.5\n{turns}      succeed_when: any\n    - wait: 0.5\n"
-    )
-
-
-class TimedMission(MissionRunner):
-    """Notes the duration of each tick, and the number of released goals."""
-
-    def __init__(self, node: Node, goals: int) -> None:
-        super().__init__(node, load(halts(goals)), ALONE)
-        self.seconds: list[float] = []
-        self.halted = 0
-        self.executive.events.subscribe(self._note)
-
-    def tick(self) -> None:
-        """Tick, and note the time."""
-        watch = CpuWatch()
-        super().tick()
-        self.seconds.append(watch.elapsed_s)
-
-    def _note(self, event: Event) -> None:
-        self.halted += isinstance(event, GoalChanged) and event.change == "released"
-
-
-class TimedNode(Node):
-    """A node that has a timed mission."""
-
-    def __init__(self, goals: int, options: Options) -> None:
-        super().__init__(**NodeOptions(lean=True, **options).arguments())
-        self.runner = TimedMission(self, goals)
-
-
-def _halting(goals: int, rounds: int) -> list[object]:
-    """Halt a number of goals some times.
-
-    A step of the executor is one instant of virtual time with at most one tick: what the server has
-    received when the step returns, it has received at the instant of the tick.
-    """
-    side = Side(lambda options: TimedNode(goals, options), ScriptedServer)
-    assert isinstance(side.client, TimedNode)
-    node = side.client.runner
-    ordinary, halting, canceled = [], [], 0
-    while len(halting) < rounds:
-        halted, cancels = node.halted, _cancels(side)
-        side.executor.step()
-        if node.halted > halted:
-            assert node.halted - halted == goals
-            canceled += _cancels(side) - cancels
-            halting.append(1000 * node.seconds[-1])
-            ordinary.append(1000 * statistics.median(node.seconds[-6:-1]))
-    side.close()
-    each = [
-        1000 * (halted_s - other) / goals for halted_s, other in zip(halting, ordinary, strict=True)
-    ]
-    figure(f"halting {goals} goals, CPU of each", each, "us")
-    cells = [goals, spread(ordinary, 2), spread(halting, 2), spread(each)]
-    return [*cells, f"{canceled} of {goals * rounds}"]
-
-
-def _cancels(side: Side) -> int:
-    return sum(goal.cancels for goal in side.server.goals)
-
-
-def compare_halts(rounds: int) -> None:
-    """Print the cost of a tick that halts running goals, and when the server gets the cancel."""
-    print("### A tick that halts running goals\n")
-    head = ("goals", "a tick before, ms", "the halting tick, ms", "us a goal")
-    head += ("cancel requests at the server at the instant of that tick",)
-    table(head, (_halting(goals, rounds) for goals in (1, 10, 100)))
+    table(head, [map(spread, (ours_us, times(1e6, bare), to_bare, more_us))])
 
 
 def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=15)
-    parts = {"goals": compare, "halts": compare_halts}
-    parser.add_argument("--only", choices=parts)
-    options = parser.parse_args()
+    """Print the table."""
+    options = arguments(__doc__, rounds=15)
     isolate(visible=False)
-    for name, part in parts.items():
-        if options.only in (None, name):
-            part(options.rounds)
+    compare(options.rounds)
 
 
 if __name__ == "__main__":

@@ -9,12 +9,11 @@ Run it as: python benchmarks/live.py [--seconds 20] [--rounds N]
 
 from __future__ import annotations
 
-import argparse
 import select
 import tempfile
 from pathlib import Path
 
-from measuring import NOT_SOUND, figure, process_usage, spread, table
+from measuring import NOT_SOUND, arguments, figures, process_usage
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.testing.live_graph import LiveGraph, own_domain
@@ -39,11 +38,6 @@ OUTPUT_SHOWN = 2000
 """Characters of the last output of a process that ended early."""
 
 
-def pause(seconds: float) -> None:
-    """Let the other processes run."""
-    select.select([], [], [], seconds)
-
-
 def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[float]]:
     """Share of a processor that each process uses, %, in each round."""
     shares: dict[str, list[float]] = {}
@@ -53,27 +47,22 @@ def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[floa
             simulator, servers = graph.robot(WORLD)
             executive = graph.run(MISSION)
             executive.until("explore_forward")
-            pause(settle_s)
+            select.select([], [], [], settle_s)
             processes = {"sim": simulator, "servers": servers, "executive": executive}
             for _ in range(rounds):
                 watch = Stopwatch()
                 before = {
                     each: process_usage(process.pid)[0] for each, process in processes.items()
                 }
-                pause(seconds)
+                select.select([], [], [], seconds)
                 wall_s = watch.elapsed_s
                 for each, process in processes.items():
                     used_s = process_usage(process.pid)[0] - before[each]
                     shares.setdefault(each, []).append(100 * used_s / wall_s)
-            ended = {
-                each: ended_process
-                for each, ended_process in processes.items()
-                if ended_process.code is not None
-            }
-            if ended:
-                for each, process in ended.items():
+            for each, process in processes.items():
+                if process.code is not None:
                     print(f"{each} ended before it was measured:\n{process.output[-OUTPUT_SHOWN:]}")
-                raise SystemExit(NOT_SOUND)
+                    raise SystemExit(NOT_SOUND)
         finally:
             graph.close()
     return shares
@@ -81,17 +70,16 @@ def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[floa
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=20.0, help="of each measurement")
-    parser.add_argument("--settle", type=float, default=SETTLE_S, help="seconds before the first")
-    parser.add_argument("--rounds", type=int, default=3)
-    options = parser.parse_args()
+    options = arguments(
+        __doc__,
+        seconds=(20.0, "of each measurement"),
+        settle=(SETTLE_S, "seconds before the first"),
+        rounds=3,
+    )
     shares = measure(options.seconds, options.rounds, options.settle)
     shares["all three"] = [sum(each) for each in zip(*shares.values(), strict=True)]
-    for name, values in shares.items():
-        figure(f"{name}, CPU at 1 x real time", values, "%")
-    rows = [(name, spread(values, 1, "%")) for name, values in shares.items()]
-    table(("process", "of one processor"), rows)
+    named = {f"{name}, CPU at 1 x real time": (values, "%") for name, values in shares.items()}
+    figures("of one processor", named)
 
 
 if __name__ == "__main__":

@@ -5,14 +5,13 @@ Run it as: python benchmarks/loading.py [--rounds N] [--nodes N]
 
 from __future__ import annotations
 
-import argparse
 import gc
 import statistics
 import tracemalloc
 from collections.abc import Iterator
 from itertools import cycle
 
-from measuring import figure, spread, table
+from measuring import arguments, figure, spread, table, times
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.sessions.check import examine
@@ -81,14 +80,6 @@ def mission_of(nodes: int) -> str:
     raise AssertionError
 
 
-def measure(rounds: int, sizes: tuple[int, ...]) -> None:
-    """Print the cost of loading and checking, by size."""
-    print("### Loading and checking\n")
-    examine(mission_of(10))  # the ROS types are imported once
-    head = ("nodes", "bytes", "load", "load and check", "us a node", "memory, KiB a node")
-    table(head, _rows(rounds, sizes))
-
-
 def _rows(rounds: int, sizes: tuple[int, ...]) -> Iterator[list[object]]:
     for size in sizes:
         text = mission_of(size)
@@ -97,18 +88,15 @@ def _rows(rounds: int, sizes: tuple[int, ...]) -> Iterator[list[object]]:
             gc.collect()
             watch = Stopwatch()
             mission = load(text)
-            loads.append(1000 * watch.elapsed_s)
+            loads.append(watch.elapsed_s)
             watch = Stopwatch()
             assert examine(text)[1] == ()
-            both.append(1000 * watch.elapsed_s)
+            both.append(watch.elapsed_s)
         nodes = sum(1 for _ in mission.tree.walk())
-        figure(f"{size} nodes: load and check", both, "ms")
-        cells = [nodes, len(text), spread(loads, 0, "ms"), spread(both, 0, "ms")]
-        yield [
-            *cells,
-            f"{1000 * statistics.median(both) / nodes:.0f}",
-            f"{_memory(text, nodes):.1f}",
-        ]
+        both_ms = figure(f"{size} nodes: load and check", times(1000, both), "ms")
+        cells = [nodes, len(text), spread(times(1000, loads), "ms"), spread(both_ms, "ms")]
+        us_a_node = f"{1000 * statistics.median(both_ms) / nodes:.0f}"
+        yield [*cells, us_a_node, f"{_memory(text, nodes):.1f}"]
 
 
 def _memory(text: str, nodes: int) -> float:
@@ -123,11 +111,11 @@ def _memory(text: str, nodes: int) -> float:
 
 def main() -> None:
     """Measure, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--nodes", type=int, default=SIZES[-1], help="of the largest mission")
-    options = parser.parse_args()
-    measure(options.rounds, tuple(size for size in SIZES if size <= options.nodes))
+    options = arguments(__doc__, rounds=7, nodes=(SIZES[-1], "of the largest mission"))
+    print("### Loading and checking\n")
+    examine(mission_of(10))  # the ROS types are imported once
+    head = ("nodes", "bytes", "load", "load and check", "us a node", "memory, KiB a node")
+    table(head, _rows(options.rounds, tuple(size for size in SIZES if size <= options.nodes)))
 
 
 if __name__ == "__main__":

@@ -9,20 +9,17 @@ Run it as: python benchmarks/proving.py [--seconds 60] [--missions NAME ...] [--
 
 from __future__ import annotations
 
-import argparse
 import resource
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TypeAlias
 
-from measuring import CpuWatch, figure, table
+from measuring import CpuWatch, arguments, figure, table
 
 from bt_mission.language.mission import Mission
 from bt_mission.proving.explorer import Bounds
 from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
 
-Row: TypeAlias = tuple[str, ...]
 ROOT = Path(__file__).resolve().parent.parent
 SHIPPED = sorted(
     path.relative_to(ROOT / "missions").with_suffix("").as_posix()
@@ -79,10 +76,6 @@ def _half(first: int, count: int, depth: int) -> Iterator[str]:
             yield from _half(start, count // 2, depth + 2)
 
 
-def _nodes(mission: Mission) -> int:
-    return sum(1 for _ in mission.root.walk())
-
-
 def _measured(mission: Mission, faults: int, seconds: float) -> tuple[Proof, float, float]:
     """Return a proof, its processor time and the memory that it has added, kB."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -92,28 +85,9 @@ def _measured(mission: Mission, faults: int, seconds: float) -> tuple[Proof, flo
     return proof, watch.elapsed_s, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
 
 
-def _row(name: str, mission: Mission, faults: int, proof: Proof, took: tuple[float, float]) -> Row:
-    taken_s, more_kb = took
-    return (
-        name,
-        str(_nodes(mission)),
-        str(faults),
-        f"{proof.states:,}",
-        f"{taken_s:.2f}",
-        f"{proof.states / max(taken_s, 1e-9):,.0f}",
-        f"{1000 * more_kb / max(proof.states, 1):,.0f}",
-        "; ".join(proof.why_not) or "exhaustive",
-    )
-
-
 def main() -> None:
     """Measure the parts of the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=60)
-    parser.add_argument("--missions", nargs="*", default=SHIPPED)
-    parser.add_argument("--pairs", type=int, default=50)
-    parser.add_argument("--leaves", type=int, nargs="*", default=[512, 1024])
-    options = parser.parse_args()
+    options = arguments(__doc__, seconds=60.0, missions=SHIPPED, pairs=50, leaves=[512, 1024])
     work = [
         (name.rpartition("/")[2], load(ROOT / "missions" / f"{name}.yaml"), 2)
         for name in options.missions
@@ -125,16 +99,27 @@ def main() -> None:
         work.append((f"binary tree of {2 * leaves + 7}", mission, 0))
     nav2 = load(ROOT / "benchmarks" / "nav2_recovery.yaml")
     work += [("Nav2 with a fault", nav2, 1), ("Nav2 with two faults", nav2, 2)]
-    rows, proofs, times = [], [], []
-    for name, mission, faults in work:
-        proof, taken_s, more_kb = _measured(mission, faults, options.seconds)
-        figure(f"{name}: processor time", taken_s, "s")
-        rows.append(_row(name, mission, faults, proof, (taken_s, more_kb)))
-        proofs.append(proof)
-        times.append(taken_s)
-        print(*rows[-1], sep=", ", flush=True)
+    proofs, times = [], []
+
+    def rows() -> Iterator[tuple[object, ...]]:
+        for name, mission, faults in work:
+            proof, taken_s, more_kb = _measured(mission, faults, options.seconds)
+            figure(f"{name}: processor time", taken_s, "s")
+            proofs.append(proof)
+            times.append(taken_s)
+            yield (
+                name,
+                sum(1 for _ in mission.root.walk()),
+                faults,
+                f"{proof.states:,}",
+                f"{taken_s:.2f}",
+                f"{proof.states / max(taken_s, 1e-9):,.0f}",
+                f"{1000 * more_kb / max(proof.states, 1):,.0f}",
+                "; ".join(proof.why_not) or "exhaustive",
+            )
+
     head = ("mission", "nodes", "faults", "states", "s", "states a second", "B a state", "result")
-    table(head, rows)
+    table(head, rows())
     is_exhaustive = [not any("budget" in why for why in proof.why_not) for proof in proofs]
     share = sum(is_exhaustive[:shipped]) / max(shipped, 1)
     figure("shipped missions that are explored to the end", share)

@@ -3,22 +3,20 @@
 Each round runs the mission once, with sensors and DDS, and then steps the same physics for the
 same virtual time with nothing around it, and once more with the scans. All three are measured in
 one process, one after another, so that a busy machine slows all of them; the ratios are what
-counts. Run it as: python benchmarks/speed.py [MISSION] [--rounds N]
+counts. Run it as: python benchmarks/speed.py [--mission FILE] [--rounds N]
 """
 
 from __future__ import annotations
 
-import argparse
-import statistics
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
-from measuring import CpuWatch, figure
+from measuring import CpuWatch, arguments, figures, ratios, times
 
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.executive.report import Report
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import START_NS, Stage
@@ -29,19 +27,8 @@ from sim.simulation import Simulation
 from sim.world.loader import load_world
 
 
-@dataclass(frozen=True)
-class StageRun:
-    """A mission on the stage: seconds, virtual, of the wall and of the thread's processor."""
-
-    virtual_s: float
-    wall_s: float
-    cpu_s: float
-    ticks: int
-    callbacks: int
-
-
-def stage_run(mission_file: Path) -> StageRun:
-    """Run the mission."""
+def stage_run(mission_file: Path) -> tuple[Report, float, int]:
+    """Run the mission; return its report, the CPU time of the thread, s, and the callbacks."""
     mission = load(mission_file)
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -52,7 +39,7 @@ def stage_run(mission_file: Path) -> StageRun:
         cpu_s, callbacks = watch.elapsed_s, stage.clock.callbacks_served
     if report.status != "success":
         raise SystemExit(f"{mission.name}: {report.status}: {report.reason}")
-    return StageRun(report.virtual_s, report.wall_s, cpu_s, report.ticks, callbacks)
+    return report, cpu_s, callbacks
 
 
 def bare_run(mission_file: Path, virtual_s: float, *, scans: bool) -> float:
@@ -77,41 +64,27 @@ def bare_run(mission_file: Path, virtual_s: float, *, scans: bool) -> float:
 
 def main() -> None:
     """Measure, and print medians with their spread."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("mission", nargs="?", type=Path, default=Path("missions/explore.yaml"))
-    parser.add_argument("--rounds", type=int, default=7)
-    options = parser.parse_args()
-    stage, cpu, bare, scanned, share = [], [], [], [], []
-    run = stage_run(options.mission)  # the first run imports and compiles
-    virtual_s = run.virtual_s
+    options = arguments(__doc__, mission=Path("missions/explore.yaml"), rounds=7)
+    stage, cpu, bare, scanned = [], [], [], []
+    report, _, callbacks = stage_run(options.mission)  # the first run imports and compiles
+    virtual_s = report.virtual_s
     for _ in range(options.rounds):
-        run = stage_run(options.mission)
-        bare_s = bare_run(options.mission, virtual_s, scans=False)
-        scans_s = bare_run(options.mission, virtual_s, scans=True)
-        stage.append(virtual_s / run.wall_s)
-        cpu.append(1000 * run.cpu_s / virtual_s)
-        bare.append(virtual_s / bare_s)
-        scanned.append(virtual_s / scans_s)
-        share.append(scans_s / run.wall_s)
-    print(
-        f"{options.mission}: {virtual_s:.2f} s virtual, {run.ticks} ticks, "
-        f"{run.callbacks} callbacks; {options.rounds} rounds"
+        report, cpu_s, callbacks = stage_run(options.mission)
+        stage.append(virtual_s / report.wall_s)
+        cpu.append(cpu_s / virtual_s)
+        bare.append(virtual_s / bare_run(options.mission, virtual_s, scans=False))
+        scanned.append(virtual_s / bare_run(options.mission, virtual_s, scans=True))
+    name, real_time = options.mission.stem, "x real time"
+    figures(
+        f"{virtual_s:.2f} s virtual, {report.ticks} ticks, {callbacks} callbacks",
+        {
+            f"{name}: stage": (stage, real_time),
+            f"{name}: bare mj_step": (bare, real_time),
+            f"{name}: bare mj_step and scans": (scanned, real_time),
+            f"{name}: share of bare mj_step and scans": (ratios(stage, scanned), ""),
+            f"{name}: CPU a virtual second": (times(1000, cpu), "ms"),
+        },
     )
-    for name, values in (
-        ("stage, sensors and DDS included, x real time", stage),
-        ("bare mj_step, x real time", bare),
-        ("bare mj_step and scans, x real time", scanned),
-        ("stage as a share of bare mj_step and scans", share),
-    ):
-        print(
-            f"  {name:48} median {statistics.median(values):8.2f}"
-            f"   from {min(values):.2f} to {max(values):.2f}"
-        )
-    name = options.mission.stem
-    figure(f"{name}: stage", stage, "x real time")
-    figure(f"{name}: bare mj_step and scans", scanned, "x real time")
-    figure(f"{name}: share of bare mj_step and scans", share)
-    figure(f"{name}: CPU a virtual second", cpu, "ms")
 
 
 if __name__ == "__main__":

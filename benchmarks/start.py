@@ -5,28 +5,23 @@ pseudo terminal) and is ended as soon as what is waited for has been printed; th
 first line about a leaf of `run --plain`. The virtual work of `run square.yaml --json` is the wall
 time that its own report tells for the mission. Modules are compiled beforehand, as an installation
 does.
-Run it as: python benchmarks/start.py [--rounds N] [--only json|terminal|help]
+Run it as: python benchmarks/start.py [--rounds N] [--only json|terminal|help ...]
 """
 
 from __future__ import annotations
 
-import argparse
-import fcntl
 import json
 import os
-import pty
 import re
-import signal
-import struct
 import subprocess
 import sys
 import tempfile
-import termios
 from compileall import compile_dir
 from functools import partial
 from importlib.util import find_spec
 
-from measuring import figure, in_turns, spread, table
+from measuring import arguments, figures, in_turns
+from terminals import on_terminal
 
 from bt_mission.core.wall_clock import Stopwatch
 
@@ -37,8 +32,6 @@ NAMED = re.compile(rb"dqn_stage4")
 """The world of `explore.yaml`, which is known once the mission has been read."""
 STEP = re.compile(rb"\d s  \S+ \w")
 """A line about a leaf, such as `0.05 s  > side`."""
-SIZE = struct.pack("HHHH", 45, 140, 0, 0)
-"""Rows and columns of the terminal."""
 
 
 def compile_modules() -> None:
@@ -69,46 +62,26 @@ def to_end(*arguments: str) -> tuple[float, float, bytes]:
 
 def until(pattern: re.Pattern[bytes], *arguments: str) -> float:
     """Run a command on a terminal until it has printed something. Return wall seconds."""
-    watch = Stopwatch()
-    child, terminal = pty.fork()
-    if child == 0:
-        os.environ["TERM"] = "xterm-256color"
-        os.execv(COMMAND[0], [*COMMAND, *arguments])  # noqa: S606 - ourselves
-    fcntl.ioctl(terminal, termios.TIOCSWINSZ, SIZE)
-    seen = b""
-    try:
+    watch, seen = Stopwatch(), b""
+    with on_terminal(*arguments) as terminal:
         while not pattern.search(seen):
             try:
                 seen += os.read(terminal, 65536)
             except OSError:  # it has ended
                 raise SystemExit(f"{' '.join(arguments)}: ended with {seen!r}") from None
         return watch.elapsed_s
-    finally:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-        os.close(terminal)
-
-
-class SquareRun:
-    """Runs `run square.yaml --json`: the wall time that is not the mission's own, and the CPU's."""
-
-    def __init__(self) -> None:
-        self.cpu_s: list[float] = []
-
-    def __call__(self) -> float:
-        """Run it once."""
-        wall_s, cpu_s, printed = to_end("run", "missions/square.yaml", "--json")
-        self.cpu_s.append(cpu_s)
-        return wall_s - float(json.loads(printed)["wall_s"])
 
 
 def of_json(rounds: int) -> dict[str, list[float]]:
     """Return the cost of a process besides its mission."""
-    square = SquareRun()
-    (besides_s,) = in_turns(rounds, square)
+    besides_s, used_s = [], []
+    for _ in range(rounds):
+        wall_s, cpu_s, printed = to_end("run", "missions/square.yaml", "--json")
+        besides_s.append(wall_s - float(json.loads(printed)["wall_s"]))
+        used_s.append(cpu_s)
     return {
         "square.yaml --json less its virtual work": besides_s,
-        "square.yaml --json, whole process, CPU": square.cpu_s,
+        "square.yaml --json, whole process, CPU": used_s,
     }
 
 
@@ -137,20 +110,14 @@ def of_help(rounds: int) -> dict[str, list[float]]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=7)
     parts = {"json": of_json, "terminal": of_terminal, "help": of_help}
-    parser.add_argument("--only", choices=parts)
-    options = parser.parse_args()
+    options = arguments(__doc__, only=parts, rounds=7)
     # A run must not meet another one of this machine, and the first writes caches.
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     compile_modules()
-    rows = []
-    for part in [options.only] if options.only else parts:
-        for name, seconds in parts[part](options.rounds).items():
-            figure(name, seconds, "s")
-            rows.append((name, spread(seconds, 3, "s")))
-    table(("bt-mission", "wall"), rows)
+    for part in options.only:
+        named = part(options.rounds)
+        figures("bt-mission", {name: (seconds, "s") for name, seconds in named.items()})
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What a sweep costs besides its scenarios.
 
-Run it as: python benchmarks/sweeps.py rate|memory [--help]
+Run it as: python benchmarks/sweeps.py --only rate|memory [--help]
 
 - ``rate``: scenarios a second on N workers against N times a loop in one process, and the time of
   a worker that is not a scenario's own. Rounds of both take turns.
@@ -9,15 +9,15 @@ Run it as: python benchmarks/sweeps.py rate|memory [--help]
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import os
 import tempfile
+from argparse import Namespace
 from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
 
-from measuring import figure, process_usage, spread, table
+from measuring import arguments, figure, figures, process_usage, table
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
@@ -30,13 +30,14 @@ from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.work import ScenarioWorker
 
 SHORT = "mission: turn\nworld: empty_arena\ntree: {turn: {angle: 'uniform(20, 60)'}}\n"
-SEEDS = 10_000
+MOST = 10_000
+"""Scenarios of a measurement of the rate."""
 
 
-async def rate(options: argparse.Namespace) -> None:
+async def rate(options: Namespace) -> None:
     """Compare N workers with N times a loop in one process."""
     changes = BaseChanges(set={"legs": options.legs} if options.legs else {})
-    plan = SweepPlan(load_base(options.mission, changes), seeds=range(SEEDS))
+    plan = SweepPlan(load_base(options.mission, changes), seeds=range(MOST))
     more, workers = plan.scenarios(), options.workers
     shares, costs = [], []
     with ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as alone:
@@ -53,13 +54,13 @@ async def rate(options: argparse.Namespace) -> None:
                 own_s = sum(row.wall_s for row in rows) / len(rows)
                 shares.append(serial_s / each_s)
                 costs.append((each_s - own_s) / each_s)
-    figure("rate to that of loops in one process", shares)
-    figure("share of a worker's time that is not a scenario's own", costs)
-    rows = [
-        (f"rate on {workers} workers to {workers} loops in one process", spread(shares, 3)),
-        ("share of a worker's time that is not a scenario's own", spread(costs, 4)),
-    ]
-    table(("", ""), rows)
+    figures(
+        f"{workers} workers",
+        {
+            "rate to that of loops in one process": (shares, ""),
+            "share of a worker's time that is not a scenario's own": (costs, ""),
+        },
+    )
 
 
 async def _timed(
@@ -70,12 +71,12 @@ async def _timed(
     return rows, watch.elapsed_s
 
 
-async def memory(options: argparse.Namespace) -> None:
+async def memory(options: Namespace) -> None:
     """Follow the memory of the client and of each worker."""
     with tempfile.TemporaryDirectory() as folder:
         mission = Path(folder) / "turn.yaml"
         mission.write_text(SHORT, encoding="utf-8")
-        plan = SweepPlan(load_base(mission, BaseChanges()), seeds=range(options.count or SEEDS))
+        plan = SweepPlan(load_base(mission, BaseChanges()), seeds=range(options.many))
         first: dict[str, float] = {}
         last: dict[str, float] = {}
         async with ScenarioPool(plan.base.bundle, PoolOptions(options.workers)) as pool:
@@ -98,20 +99,20 @@ async def memory(options: argparse.Namespace) -> None:
 
 def main() -> None:
     """Run the measurement that is named."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parts = {"rate": rate, "memory": memory}
-    parser.add_argument("what", choices=parts)
-    parser.add_argument("--count", type=int, help="scenarios; of `rate` in a round and a process")
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--legs", type=int, default=4, help="of the mission; 0 sets none")
-    parser.add_argument("--mission", type=Path, default=Path("missions/explore.yaml"))
-    parser.add_argument("--after", type=int, default=500, help="compare memory with that after N")
-    options = parser.parse_args()
-    if options.what == "rate":
-        options.count = options.count or 30
+    options = arguments(
+        __doc__,
+        only={"rate": rate, "memory": memory},
+        count=(30, "scenarios of `rate` in a round and a process"),
+        many=(10_000, "scenarios of `memory`"),
+        rounds=3,
+        workers=os.cpu_count() or 1,
+        legs=(4, "of the mission; 0 sets none"),
+        mission=Path("missions/explore.yaml"),
+        after=(500, "compare memory with that after N"),
+    )
     prepare_process()
-    asyncio.run(parts[options.what](options))
+    for part in options.only:
+        asyncio.run(part(options))
 
 
 if __name__ == "__main__":

@@ -4,14 +4,21 @@ Ours is a mission as it runs: its node, trace, ledger and status topics with a s
 goal under way in each action leaf that runs. The goals do not cross the wire, since ten thousand
 of them would take minutes to accept; while a goal runs, nothing but feedback crosses it anyway.
 Whether the servers are still there is asked of the real graph.
-Run it as: python benchmarks/ticks.py [--rounds N] [--nodes N]
+
+And the delay of a tick by a revision of such a mission. Two versions take turns: the second one has
+one more leaf, and a time limit around another one. `bt-mission revise` has the executive read the
+new version, prepare the new tree and exchange the trees, each just after a tick. Reading is
+measured by `benchmarks loading`. The preparation compares the versions and builds the new tree. The
+mission is ticked once before the exchange, and the goals continue. The new tree is sent after the
+next tick.
+Run it as: python benchmarks/ticks.py [--only ticks|extras|revisions ...] [--rounds N] [--nodes N]
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import tempfile
+from argparse import Namespace
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -23,7 +30,7 @@ import py_trees
 import rclpy
 from bt_mission_interfaces.action import Turn
 from bt_mission_interfaces.msg import StatusChanges
-from measuring import CpuWatch, figure, in_turns, ratios, spread, table
+from measuring import CpuWatch, arguments, figure, in_turns, ratios, spread, table, times
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from rclpy.clock_type import ClockType
@@ -34,6 +41,7 @@ from rclpy.time import Time
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.goals.goal import Event, Goal
+from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.graph import NodeOptions
@@ -48,6 +56,7 @@ WIDTH = 10
 """Children of a composite."""
 
 SIZES = (100, 1000, 10_000)
+REVISED = (100, 300, 1000)
 TICK_NS = 50_000_000
 TICKS = 20
 """Ticks of one measurement: a second of ROS time, to include periodic work."""
@@ -93,6 +102,12 @@ def step_of(shape: Shape, nodes: int) -> dict[str, Any]:
     if shape.guarded:
         return {"sequence": CHECKS + leaves[len(CHECKS) :], "memory": False}
     return {shape.kind: leaves}
+
+
+def mission_with(tree: dict[str, Any]) -> str:
+    """Return the text of a mission with a tree."""
+    head = {"mission": "ticked", "inputs": {"battery": 0.9, "is_ready": True}}
+    return json.dumps({**head, "tree": tree})
 
 
 class Constant(Behaviour):
@@ -191,8 +206,7 @@ def ticked(
     shape: Shape, nodes: int, *, feedback: tuple[Any, ...] = (), with_journal: bool = False
 ) -> Iterator[Ticked]:
     """Yield a mission of some nodes with every goal under way, its servers, and a viewer."""
-    head = {"mission": "ticked", "inputs": {"battery": 0.9, "is_ready": True}}
-    mission = load(json.dumps({**head, "tree": step_of(shape, nodes)}))
+    mission = load(mission_with(step_of(shape, nodes)))
     with ExitStack() as made:
         context = Context()
         rclpy.init(context=context)
@@ -215,61 +229,103 @@ def ticked(
         yield Ticked(runner, feedback)
 
 
-def compare(rounds: int, sizes: tuple[int, ...]) -> None:
+def sizes_up_to(nodes: int, sizes: tuple[int, ...] = SIZES) -> tuple[int, ...]:
+    """Return the sizes of trees that are asked for."""
+    return tuple(size for size in sizes if size <= nodes) or sizes[:1]
+
+
+def ticks(options: Namespace) -> None:
     """Print the cost of a tick, by shape and size."""
     print("### One tick in which nothing changes\n")
     head = ("tree", "nodes", "ours, us a node", "py_trees, us a node", "ours to py_trees")
-    table(head, (_row(shape, size, rounds) for shape in SHAPES for size in sizes))
+    sizes = sizes_up_to(options.nodes)
+    table(head, (_row(shape, size, options.rounds) for shape in SHAPES for size in sizes))
 
 
 def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
     with ticked(shape, nodes) as tree:
         ours, theirs = in_turns(rounds, tree.ours, tree.theirs)
-        size = tree.size
-    figure(f"{shape.title}, {nodes}: a node", (1e6 * taken_s / size for taken_s in ours), "us")
-    figure(f"{shape.title}, {nodes}: to py_trees", ratios(ours, theirs))
-    return [
-        shape.title,
-        size,
-        spread((1e6 * taken_s / size for taken_s in ours), 2),
-        spread((1e6 * taken_s / size for taken_s in theirs), 2),
-        spread(ratios(ours, theirs), 2),
-    ]
+        ours_us, theirs_us = (times(1e6 / tree.size, taken_s) for taken_s in (ours, theirs))
+    figure(f"{shape.title}, {nodes}: a node", ours_us, "us")
+    to_theirs = figure(f"{shape.title}, {nodes}: to py_trees", ratios(ours, theirs))
+    return [shape.title, tree.size, *map(spread, (ours_us, theirs_us, to_theirs))]
 
 
-def compare_extras(rounds: int, nodes: int) -> None:
+def extras(options: Namespace) -> None:
     """Print the cost of feedback and a journal in a tick."""
+    nodes = min(options.nodes, 1000)
     print(f"### The same with {nodes} nodes that all run, and more to do\n")
     shape = Shape(ALL_RUN.title, ALL_RUN.kind, TURNS)
     messages = (Turn.Feedback(current_angle=1.0), Turn.Feedback(current_angle=2.0))
     rows = []
-    for title, options in (
+    for title, more in (
         ("a condition on feedback in each leaf, and no feedback", {}),
         ("a journal", {"with_journal": True}),
         ("feedback for each leaf at each tick", {"feedback": messages}),
     ):
-        with ticked(shape, nodes, **options) as tree:
-            (ours, theirs) = in_turns(rounds, tree.ours, tree.theirs)
-            figure(f"{title}: a node", (1e6 * taken_s / tree.size for taken_s in ours), "us")
-            rows.append(
-                [
-                    title,
-                    spread((1e6 * taken_s / tree.size for taken_s in ours), 2),
-                    spread(ratios(ours, theirs), 2),
-                ]
-            )
+        with ticked(shape, nodes, **more) as tree:
+            ours, theirs = in_turns(options.rounds, tree.ours, tree.theirs)
+            ours_us = figure(f"{title}: a node", times(1e6 / tree.size, ours), "us")
+            rows.append([title, spread(ours_us), spread(ratios(ours, theirs))])
     table(("", "us a node", "to py_trees"), rows)
+
+
+def versions(nodes: int) -> tuple[Mission, Mission]:
+    """Return a mission of some nodes, and another version of it."""
+    tree = step_of(ALL_RUN, nodes)
+    other = json.loads(json.dumps(tree))
+    box = other["parallel"]
+    while "parallel" in box[0]:
+        box = box[0]["parallel"]
+    box[0] = {"timeout": 3600, "do": box[0]}
+    other["parallel"].append({"wait": 3600})
+    return load(mission_with(tree)), load(mission_with(other))
+
+
+def revisions(options: Namespace) -> None:
+    """Print the delay of a tick by a revision, by size."""
+    rows = []
+    for nodes in sizes_up_to(options.nodes, REVISED):
+        plain, other = versions(nodes)
+        with ticked(ALL_RUN, nodes) as tree:
+            goals = len(tree.runner.ledger.open_goals)
+            prepared, taken, tick, sent = [], [], [], []
+            for version, _ in zip(cycle((other, plain)), range(2 * options.rounds), strict=False):
+                tick.append(1e3 * tree.ours())
+                watch = CpuWatch()
+                plan = tree.runner.plan_revision(version)
+                plan.build(tree.runner.revising.emit)
+                prepared.append(1e3 * watch.elapsed_s)
+                tree.ours()
+                watch = CpuWatch()
+                revision = tree.runner.apply_revision(plan)
+                taken.append(1e3 * watch.elapsed_s)
+                assert revision.is_applied, revision.reasons
+                assert len(revision.continues) == goals, "no goal is touched"
+                watch = CpuWatch()
+                tree.runner.status_publisher.publish_if_changed()
+                sent.append(1e3 * watch.elapsed_s)
+        figure(f"{nodes} nodes: a revision", taken, "ms")
+        figure(f"{nodes} nodes: its preparation", prepared, "ms")
+        figure(f"{nodes} nodes: sending its tree", sent, "ms")
+        in_ticks = figure(f"{nodes} nodes: a revision in ticks", ratios(taken, tick))
+        rows.append([tree.size, *map(spread, (prepared, taken, sent, tick, in_ticks))])
+    print(f"### A revision while every leaf runs (a tick is the mean of {TICKS})\n")
+    head = ("nodes", "preparation, ms", "exchange, ms", "sending, ms", "a tick, ms")
+    table((*head, "exchange in ticks"), rows)
 
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--nodes", type=int, default=10_000, help="of the largest tree")
-    options = parser.parse_args()
+    options = arguments(
+        __doc__,
+        only={"ticks": ticks, "extras": extras, "revisions": revisions},
+        rounds=15,
+        nodes=(10_000, "of the largest tree"),
+    )
     isolate(visible=False)
-    compare(options.rounds, tuple(size for size in SIZES if size <= options.nodes) or SIZES[:1])
-    compare_extras(options.rounds, min(options.nodes, 1000))
+    for part in options.only:
+        part(options)
 
 
 if __name__ == "__main__":

@@ -5,22 +5,20 @@
 2. A mission on the stage, as fast as it goes: the process's CPU time without a page, and with one
    that has the map open. And in real time: the CPU time for a second of the wall.
 
-Run it as: python benchmarks/web.py [MISSION] [--rounds N] [--changes N]
+Run it as: python benchmarks/web.py [--mission FILE] [--rounds N] [--changes N]
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import statistics
-import sys
 import tempfile
 import time
-from collections.abc import Awaitable, Callable
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
-from measuring import figure
+from measuring import arguments, figure, figures
 
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.ros.discovery import LocalExecutive
@@ -32,14 +30,13 @@ from bt_mission.views.terminal.speech import Speech
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.run import ShownRun
 from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
-
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-from tests.support.browser import BROWSER, Page, browser  # noqa: E402 - found by the line above
-from tests.support.watched import ScriptedExecutive, ScriptedGraph  # noqa: E402 - as above
+from tests.support.browser import BROWSER, browser
+from tests.support.watched import ScriptedExecutive, ScriptedGraph
+from tests.support.web_pages import play_with
 
 NODES = 10_000
 EVERY_S = 0.1
+LONGEST_S = 3600.0
 LEGS = 60
 """Of the mission at full speed: the cost of opening a page should not count for much."""
 
@@ -67,7 +64,7 @@ def latencies(changes: int) -> list[float]:
     made_ms: dict[str, float] = {}
     seen_ms: dict[str, float] = {}
 
-    async def scene(server: WebServer, page: Page) -> None:
+    async def scene(server: WebServer) -> None:
         await asyncio.to_thread(lambda: page.visit(server.link, width=1200, height=800))
         await asyncio.to_thread(page.until, "document.querySelectorAll('.row').length > 10")
         await asyncio.to_thread(page.look, WATCH_PAINTS)
@@ -85,17 +82,8 @@ def latencies(changes: int) -> list[float]:
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         browser(Path(folder)) as page,
     ):
-        asyncio.run(_serve(shown, lambda server: scene(server, page)))
+        play_with(WebServer(shown, WebOptions(port=0)), scene, LONGEST_S)
     return [seen_ms[words] - at_ms for words, at_ms in made_ms.items() if seen_ms.get(words)]
-
-
-async def _serve(shown: LiveMission, scene: Callable[[WebServer], Awaitable[None]]) -> None:
-    with closing(WebServer(shown, WebOptions(port=0))) as server:
-        is_over = False
-        serving = asyncio.create_task(server.serve(lambda: is_over))
-        await scene(server)
-        is_over = True
-        await serving
 
 
 def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tuple[float, float]:
@@ -130,37 +118,31 @@ def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Reports, fl
         with (
             closing(WebServer(shown, WebOptions(port=0, frame_s=frame_s))) as server,
             browser(folder / "profile") as page,
-            _opened(page, server.link),
         ):
+            page.send("Page.navigate", url=server.link)  # opened once the server runs
             run = ShownRun(server, driver, lambda: driver.result is not None, lambda _: None)
             return _measured(run.run_to_the_end)
 
 
-@contextmanager
-def _opened(page: Page, link: str):  # noqa: ANN202 - nothing
-    """Have the browser open the page once the server runs, without waiting for it."""
-    page.send("Page.navigate", url=link)
-    yield
-
-
-def main() -> int:
+def main() -> None:
     """Measure, and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    default = Path(__file__).with_name("explore_no_camera.yaml")
-    parser.add_argument("mission", type=Path, nargs="?", default=default)
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--changes", type=int, default=200)
-    parser.add_argument("--brief", action="store_true", help="without the run in real time")
-    given = parser.parse_args()
+    given = arguments(
+        __doc__,
+        mission=Path(__file__).with_name("explore_no_camera.yaml"),
+        rounds=3,
+        changes=200,
+        brief=(False, "without the run in real time"),
+    )
     if BROWSER is None:
         print("Chromium is not installed: nothing is measured")
-        return 0
+        return
     times = sorted(latencies(given.changes))
-    figure("change to paint", times, "ms")
+    figures(
+        f"{NODES} nodes, {1 / EVERY_S:.0f} changes a second", {"change to paint": (times, "ms")}
+    )
     print(
-        f"change to paint, {NODES} nodes, {1 / EVERY_S:.0f} changes a second: median "
-        f"{statistics.median(times):.0f} ms, 95 % below {times[int(0.95 * len(times))]:.0f} ms, "
-        f"longest {times[-1]:.0f} ms; {len(times)} of {given.changes} were painted"
+        f"95 % below {times[int(0.95 * len(times))]:.0f} ms; {len(times)} of {given.changes} "
+        "were painted\n"
     )
     paces: list[tuple[float | None, str]] = [(None, "as fast as it goes")]
     if not given.brief:
@@ -179,8 +161,7 @@ def main() -> int:
             )
         print(f"{name}: median {statistics.median(ratios):+.1%}")
         figure(f"{name}: CPU with a page to without", [1 + ratio for ratio in ratios])
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

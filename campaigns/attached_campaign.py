@@ -22,24 +22,18 @@ finding is
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import signal
 import statistics
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import asdict
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
+import attached_trial
 from attached_plan import plan
-from attached_trial import Trial, carry_out
-from campaign import pending
+from trials import Line, carry_out, conclude, counted, missing
 
-from benchmarks.measuring import figure, table
+from benchmarks.measuring import arguments, table
 from bt_mission.testing.live_graph import LOCAL, own_domain
 
 _DOMAIN = ExitStack()
@@ -53,75 +47,51 @@ def join_a_domain() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def main() -> None:
-    """Run the campaign."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--results", type=Path, default=Path("attached.jsonl"))
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only", type=int, nargs="+", metavar="N", help="these trials again")
-    parser.add_argument("--show", type=int, metavar="N", help="print trial N, and run nothing")
-    options = parser.parse_args()
-    if options.show is not None:
-        print(plan(options.show))
-        return
-    options.results.touch()
-    todo = options.only or pending(options.results, options.count)
-    with (
-        options.results.open("a") as results,
-        get_context("spawn").Pool(options.jobs, initializer=join_a_domain) as pool,
-    ):
-        for outcome in pool.imap_unordered(carry_out, todo):
-            results.write(json.dumps(asdict(outcome)) + "\n")
-            results.flush()
-            report(outcome)
-    summarise([json.loads(line) for line in options.results.read_text().splitlines()])
-
-
-def report(outcome: Trial) -> None:
-    """Print a line for a trial, and one for each finding."""
-    print(f"{outcome.number}: {outcome.plan}: {outcome.ended} {outcome.reason}", flush=True)
-    for finding in outcome.findings:
-        print(f"    {finding}", flush=True)
-
-
-def summarise(trials: list[dict[str, Any]]) -> None:
-    """Print the figures of a campaign."""
-    figure("findings", sum(len(line["findings"]) for line in trials))
-    kinds = Counter(finding.partition(":")[0] for line in trials for finding in line["findings"])
-    loads = [line["load"] for line in trials]
-    hours = sum(line["wall_s"] for line in trials) / 3600
-    resumed = Counter(line["resumed"].split(",")[0].split(":")[0] for line in trials)
-    print(
-        f"{len(trials)} trials in {hours:.1f} h, load {min(loads):.0f} to {max(loads):.0f} "
-        f"(median {statistics.median(loads):.0f}); from journals: {dict(resumed)}; "
-        f"findings: {dict(kinds) or 'none'}\n"
-    )
-    head = ("disturbance", "trials", "base drove", "stands after the disturbance")
-    table((*head, "after the last command sent", "within 0.5 s of each"), rows(trials))
-
-
-def rows(trials: list[dict[str, Any]]) -> Iterator[tuple[object, ...]]:
+def rows(trials: list[Line]) -> Iterator[tuple[object, ...]]:
     """Yield a row for each kind of disturbance of a process."""
-    done = Counter(disturbance for line in trials for disturbance in line["disturbed"])
+    done = counted(disturbance for line in trials for disturbance in line["disturbed"])
     for name, count in sorted(done.items()):
         figures = [stand[1:] for line in trials for stand in line["stood"] if stand[0] == name]
-        if not figures:
-            yield name, count, 0, "", "", ""
-            continue
+        columns = list(zip(*figures, strict=True)) or [(), ()]
         yield (
             name,
             count,
             len(figures),
             *(
-                f"{statistics.median(column):.2f} s, at most {max(column):.2f} s"
-                for column in zip(*figures, strict=True)
+                f"{statistics.median(column):.2f} s, at most {max(column):.2f} s" if column else ""
+                for column in columns
             ),
-            ", ".join(
-                str(sum(value <= 0.5 + 1e-6 for value in column))
-                for column in zip(*figures, strict=True)
-            ),
+            ", ".join(str(sum(value <= 0.5 + 1e-6 for value in column)) for column in columns),
         )
+
+
+def main() -> None:
+    """Run the campaign."""
+    options = arguments(
+        __doc__,
+        count=200,
+        results=Path("attached.jsonl"),
+        jobs=2,
+        only=([0], "these trials again"),
+        show=(None, "print trial N, and run nothing"),
+    )
+    if options.show is not None:
+        print(plan(options.show))
+        return
+    todo = missing(options.results, options.count) if options.only == [0] else options.only
+    lines = carry_out(attached_trial.carry_out, todo, options.results, options.jobs, join_a_domain)
+    for line in lines:
+        print(f"{line['number']}: {line['plan']}: {line['ended']} {line['reason']}")
+    loads = [line["load"] for line in lines]
+    hours = sum(line["wall_s"] for line in lines) / 3600
+    resumed = counted(line["resumed"].split(",")[0].split(":")[0] for line in lines)
+    head = ("disturbance", "trials", "base drove", "stands after the disturbance")
+    table((*head, "after the last command sent", "within 0.5 s of each"), rows(lines))
+    conclude(
+        lines,
+        f"{len(lines)} trials in {hours:.1f} h, load {min(loads):.0f} to {max(loads):.0f} "
+        f"(median {statistics.median(loads):.0f}); from journals: {resumed}",
+    )
 
 
 if __name__ == "__main__":

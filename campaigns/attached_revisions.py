@@ -14,19 +14,18 @@ Each revision is one line of the results. A finding is
 
 from __future__ import annotations
 
-import argparse
 import json
 import random
-import tempfile
-from collections import Counter
-from contextlib import ExitStack
+from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.measuring import NOT_SOUND, figure
+from trials import Line, conclude, counted, live_robot, missing, write
+
+from benchmarks.measuring import arguments
 from bt_mission.core.wall_clock import rest
 from bt_mission.recording.happenings import TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
-from bt_mission.testing.live_graph import LiveGraph, Process, own_domain
+from bt_mission.testing.live_graph import LiveGraph
 
 EACH = 10
 """Revisions of one mission."""
@@ -95,7 +94,7 @@ def revise(number: int, graph: LiveGraph, text: str) -> tuple[str, str]:
     """Send a version; return what came of it, and the finding."""
     path = graph.folder / f"version_{number}.yaml"
     path.write_text(text, encoding="utf-8")
-    done: Process = graph.start("revise", "bt_mission", str(path), "--json")
+    done = graph.start("revise", "bt_mission", str(path), "--json")
     code = done.wait(within=120.0)
     lines = done.output.strip().splitlines() or [""]
     if "Traceback" in done.output or code not in (0, 1):
@@ -108,18 +107,17 @@ def revise(number: int, graph: LiveGraph, text: str) -> tuple[str, str]:
     return came, "" if (code == 0) == result["is_applied"] else f"exit code {code}, but {came}"
 
 
-def mission(first: int, last: int, graph: LiveGraph) -> list[dict[str, object]]:
-    """Run a mission with its revisions, the last of which ends it; return lines of the results."""
+def mission(first: int, last: int, graph: LiveGraph) -> Iterator[Line]:
+    """Run a mission with its revisions, the last of which ends it; yield a line for each."""
     draws, recording = random.Random(f"instants/{first}"), graph.folder / f"{first}.mcap"
     path = graph.folder / f"turns_{first}.yaml"
     path.write_text(version(first), encoding="utf-8")
     running = graph.run(path, "--editable", "--record", str(recording))
     running.until("first")
-    lines: list[dict[str, object]] = []
     for number in range(first + 1, last):
         rest(draws.uniform(0, LONGEST_S))
         came, finding = revise(number, graph, version(number))
-        lines.append({"number": number - 1, "came": came, "finding": finding})
+        yield {"number": number - 1, "came": came, "findings": [finding] if finding else []}
     came, finding = revise(last, graph, version(last, rounds=1))
     running.wait(within=240.0)
     output = running.output
@@ -129,35 +127,23 @@ def mission(first: int, last: int, graph: LiveGraph) -> list[dict[str, object]]:
         finding = f"end: {output.strip().splitlines()[-3:]}"
     elif early := early_goals(recording):
         finding = f"early goals: {early}"
-    lines.append({"number": last - 1, "came": came, "finding": finding})
-    return lines
+    yield {"number": last - 1, "came": came, "findings": [finding] if finding else []}
 
 
 def main() -> None:
     """Run the campaign."""
-    assert __doc__ is not None
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=50)
-    parser.add_argument("--results", type=Path, default=Path("attached_revisions.jsonl"))
-    options = parser.parse_args()
-    options.results.touch()
-    with ExitStack() as stack, options.results.open("a", encoding="utf-8") as results:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        graph = LiveGraph(folder, stack.enter_context(own_domain()))
-        stack.callback(graph.close)
-        graph.robot("empty_arena", "waffle", "--no-camera")
-        done = len(options.results.read_text("utf-8").splitlines())
-        for first in range(done, options.count, EACH):
-            for line in mission(first, min(first + EACH, options.count), graph):
-                results.write(json.dumps(line) + "\n")
-                print(f"{line['number']}: {line['came']} {line['finding']}", flush=True)
-            results.flush()
-    lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
-    findings = [line["finding"] for line in lines if line["finding"]]
-    figure("findings", len(findings))
-    came = Counter(line["came"].partition(":")[0] for line in lines)
-    print(f"{len(lines)} revisions: {dict(came)}; {findings or 'no finding'}")
-    raise SystemExit(NOT_SOUND if findings else 0)
+    options = arguments(__doc__, count=50, results=Path("attached_revisions.jsonl"))
+    done = options.count - len(missing(options.results, options.count))
+    firsts = range(done, options.count, EACH)
+    with live_robot() as graph:
+        outcomes = (
+            line
+            for first in firsts
+            for line in mission(first, min(first + EACH, options.count), graph)
+        )
+        lines = write(outcomes, options.results)
+    came = counted(line["came"].partition(":")[0] for line in lines)
+    conclude(lines, f"{len(lines)} revisions: {came}")
 
 
 if __name__ == "__main__":

@@ -4,14 +4,14 @@ Run it as: python campaigns/campaign.py [--count 10000] [--results campaign.json
 
 Scenario N follows from the number N alone: a drawn or a shipped mission, a drawn or a shipped
 world, a seed, and up to five of all faults of the test fixture. Each scenario is one line of the
-results; a second run goes on where the first was stopped. A finding is
+results; a second run continues where the first was stopped. A finding is
 
 - a hang: the mission does not end within 600 s of virtual time,
 - a traceback: an exception that no fault has raised,
 - a goal that a server still carries out, by its own status topic, and that the run's end does not
   name as orphaned (not looked at where a server was killed),
 - a collision with something that stands still, though every fault was one that the servers can
-  notice (they are told nothing false by lidar, odometry or wheels, the base is told no old commands
+  notice (lidar, odometry and wheels tell them nothing false, the base receives no old commands
   with fresh stamps, and nobody pushes or places obstacles).
 
 ``--show N`` prints scenario N as a test that repeats it.
@@ -19,19 +19,16 @@ results; a second run goes on where the first was stopped. A finding is
 
 from __future__ import annotations
 
-import argparse
-import json
 import tempfile
 import traceback
-from collections import Counter
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
-from multiprocessing import get_context
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from action_msgs.msg import GoalStatus
+from trials import Line, carry_out, conclude, counted, missing
 
-from benchmarks.measuring import CpuWatch, figure
+from benchmarks.measuring import CpuWatch, arguments
 from bt_mission.core.draws import SeededDraws, maybe, one_of
 from bt_mission.core.files import names
 from bt_mission.faults import FAULTS, PlannedFault
@@ -40,7 +37,7 @@ from bt_mission.testing import ScenarioError
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text
 from bt_mission.testing.generators.worlds import drawn_world
-from bt_mission.testing.run import NeverHeldError
+from bt_mission.testing.run import NeverHeldError, Run
 from bt_mission.testing.stages import Stages
 
 DECEIVING = {
@@ -50,11 +47,9 @@ DECEIVING = {
 }
 """Faults that the servers cannot notice in time: a collision after them is not a finding."""
 
-MISSIONS = names("missions")
-WORLDS = names("worlds")
 RAISED = "made by a fault"
-AT_ONCE = 200
-"""Scenarios of a process before it is replaced, which bounds its memory."""
+DRAWN = tuple(name for name in FAULTS if "leaf" not in FAULTS[name].parameters)
+"""Leaves have other names in every mission."""
 
 
 @dataclass
@@ -62,63 +57,45 @@ class Outcome:
     """The outcome of a scenario."""
 
     number: int
-    mission: str
-    world: str
     faults: list[str]
+    mission: str = "drawn"
+    world: str = "drawn"
     status: str = ""
     reason: str = ""
     virtual_s: float = 0.0
     cpu_s: float = 0.0
+    goals: int = 0
     collisions: int = 0
     orphaned: int = 0
+    trace: str = ""
     findings: list[str] = field(default_factory=list)
 
 
-_DRAWN = tuple(name for name in FAULTS if "leaf" not in FAULTS[name].parameters)
-"""Leaves have other names in every mission."""
-
-
-def scenario(number: int) -> DrawnScenario:
-    """Return everything that derives from a number."""
-    draws = SeededDraws(f"campaign/{number}")
-    mission = one_of(draws, MISSIONS) if maybe(draws, 3) else as_text(drawn_mission(draws))
-    world = one_of(draws, WORLDS) if maybe(draws, 2) else as_text(drawn_world(draws))
-    return DrawnScenario(mission, world, draws.whole(0, 999), drawn_faults(draws, _DRAWN))
-
-
-def carry_out(number: int) -> Outcome:
-    """Run a scenario. Return its outcome."""
-    drawn = scenario(number)
-    outcome = Outcome(
-        number,
-        drawn.mission if "\n" not in drawn.mission else "drawn",
-        drawn.world if "\n" not in drawn.world else "drawn",
-        [fault.name for fault in drawn.faults],
-    )
+def play(drawn: DrawnScenario, outcome: Outcome, begin: Callable[[Run], None]) -> None:
+    """Run a scenario on a stage, and note what was found."""
     watch = CpuWatch()
     with tempfile.TemporaryDirectory() as folder:
         stages = Stages(Path(folder))
         try:
-            _watch(drawn, stages, outcome)
+            _play(drawn, stages, outcome, begin)
             stages.close()
         except Exception as error:  # noqa: BLE001 - as within the run
             outcome.findings.append(f"traceback at the end: {error!r}")
         outcome.orphaned = len(stages.left_behind)
     outcome.cpu_s = round(watch.elapsed_s, 2)
-    return outcome
 
 
-def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
+def _play(
+    drawn: DrawnScenario, stages: Stages, outcome: Outcome, begin: Callable[[Run], None]
+) -> None:
     run, statuses = None, list[str]()
     try:
         run = drawn.on(stages)
         run.stage.offer_all()
-        statuses = [
-            topic
-            for topic, _ in run.stage.node.get_topic_names_and_types()
-            if topic.endswith("/_action/status")
-        ]
+        topics = [topic for topic, _ in run.stage.node.get_topic_names_and_types()]
+        statuses = [topic for topic in topics if topic.endswith("/_action/status")]
         run.record(*statuses, "collisions")
+        begin(run)
         run.until_done()
     except NeverHeldError:
         outcome.findings.append("hang")
@@ -126,11 +103,11 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
         outcome.reason = f"{type(error).__name__}: {error}".splitlines()[0]
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         if RAISED not in str(error):
-            outcome.findings.append("traceback: " + traceback.format_exc(limit=-3))
+            outcome.findings.append("traceback: " + traceback.format_exc(limit=-6))
     if run is None:
         return
-    outcome.virtual_s = round(run.t, 2)
-    outcome.status = run.status
+    outcome.virtual_s, outcome.goals = round(run.t, 2), len(run.goals)
+    outcome.status, outcome.trace = run.status, run.stage.trace.sha256
     outcome.reason = outcome.reason or run.reason
     struck = [message.obstacle for message in run.topic("collisions")]
     outcome.collisions = len(struck)
@@ -153,54 +130,52 @@ def _deceives(fault: PlannedFault) -> bool:
     return fault.name in DECEIVING or bool(fault.arguments.get("fresh_stamps"))
 
 
-def pending(path: Path, count: int) -> Iterator[int]:
-    """Yield the numbers without a line in the results."""
-    done = {json.loads(line)["number"] for line in path.read_text().splitlines()}
-    return (number for number in range(count) if number not in done)
+def scenario(number: int) -> DrawnScenario:
+    """Return everything that derives from a number."""
+    draws = SeededDraws(f"campaign/{number}")
+    mission = one_of(draws, names("missions")) if maybe(draws, 3) else as_text(drawn_mission(draws))
+    world = one_of(draws, names("worlds")) if maybe(draws, 2) else as_text(drawn_world(draws))
+    return DrawnScenario(mission, world, draws.whole(0, 999), drawn_faults(draws, DRAWN))
+
+
+def trial(number: int) -> Outcome:
+    """Run a scenario. Return its outcome."""
+    drawn = scenario(number)
+    outcome = Outcome(number, [fault.name for fault in drawn.faults])
+    if "\n" not in drawn.mission:
+        outcome.mission = drawn.mission
+    if "\n" not in drawn.world:
+        outcome.world = drawn.world
+    play(drawn, outcome, lambda _: None)
+    return outcome
+
+
+def summary(lines: list[Line]) -> str:
+    """Return the figures of a campaign on the stage, in a few lines."""
+    virtual, cpu = (sum(line[name] for line in lines) for name in ("virtual_s", "cpu_s"))
+    return (
+        f"{len(lines)} scenarios, {virtual / 3600:.1f} h of virtual time in {cpu / 3600:.2f} h "
+        f"of CPU time ({virtual / max(cpu, 1e-9):.0f} x)\n"
+        f"ended: {counted(line['status'] or 'not run' for line in lines)}\n"
+        f"faults: {sum(len(line['faults']) for line in lines)}"
+    )
 
 
 def main() -> None:
     """Run the campaign."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=10_000)
-    parser.add_argument("--results", type=Path, default=Path("campaign.jsonl"))
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--show", type=int, metavar="N", help="print scenario N, and run nothing")
-    options = parser.parse_args()
+    options = arguments(
+        __doc__,
+        count=10_000,
+        results=Path("campaign.jsonl"),
+        jobs=2,
+        show=(None, "print scenario N, and run nothing"),
+    )
     if options.show is not None:
         print(repr(scenario(options.show)))
         return
-    options.results.touch()
-    todo = pending(options.results, options.count)
-    with (
-        options.results.open("a") as results,
-        get_context("spawn").Pool(options.jobs, maxtasksperchild=AT_ONCE) as pool,
-    ):
-        for done, outcome in enumerate(pool.imap_unordered(carry_out, todo), 1):
-            results.write(json.dumps(asdict(outcome)) + "\n")
-            results.flush()
-            if outcome.findings:
-                print(f"{outcome.number}: {outcome.findings}", flush=True)
-            if not done % AT_ONCE:
-                print(f"{done} more of {options.count}", flush=True)
-    print(summary(options.results))
-    lines = [json.loads(line) for line in options.results.read_text().splitlines()]
-    figure("findings", sum(len(line["findings"]) for line in lines))
-
-
-def summary(path: Path) -> str:
-    """Return the figures of a campaign, in a few lines."""
-    results = [json.loads(line) for line in path.read_text().splitlines()]
-    kinds = Counter(finding.partition(":")[0] for line in results for finding in line["findings"])
-    states = Counter(line["status"] or "not run" for line in results)
-    virtual, cpu = (sum(line[name] for line in results) for name in ("virtual_s", "cpu_s"))
-    return (
-        f"{len(results)} scenarios, {virtual / 3600:.1f} h of virtual time in {cpu / 3600:.2f} h "
-        f"of CPU time ({virtual / max(cpu, 1e-9):.0f} x)\n"
-        f"ended: {dict(states)}\n"
-        f"faults: {sum(len(line['faults']) for line in results)}\n"
-        f"findings: {dict(kinds) or 'none'}"
-    )
+    todo = missing(options.results, options.count)
+    lines = carry_out(trial, todo, options.results, options.jobs)
+    conclude(lines, summary(lines))
 
 
 if __name__ == "__main__":

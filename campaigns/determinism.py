@@ -10,18 +10,17 @@ the second run.
 
 from __future__ import annotations
 
-import argparse
 import json
 import multiprocessing
 import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
-from benchmarks.measuring import figure
+from benchmarks.measuring import arguments, figure
 
 BATCH = 25
 """Scenarios that one process runs."""
@@ -67,7 +66,7 @@ def own_environment() -> dict[str, str]:
     return variables | ({"LD_LIBRARY_PATH": os.pathsep.join(own)} if own else {})
 
 
-def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list[dict[str, object]]:
+def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list[dict[str, Any]]:
     """Run scenarios in a separate process."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(  # noqa: S603 - our own script
@@ -83,41 +82,38 @@ def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Compare; the exit code is 1 if a trace differs."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--count", type=int, default=500, help="scenarios (default: 500)")
-    parser.add_argument("--python", default=sys.executable, help="interpreter of the second run")
-    parser.add_argument("--batch", type=int, nargs=2, help=argparse.SUPPRESS)
-    options = parser.parse_args(arguments)
-    if options.batch:
+    options = arguments(
+        __doc__,
+        count=(500, "scenarios"),
+        python=(sys.executable, "interpreter of the second run"),
+        batch=([0, 0], "run these scenarios, as a process of this script"),
+    )
+    if any(options.batch):
         run_batch(*options.batch)
         return 0
-    differ, ended, seconds, goals, faults = [], 0, 0.0, 0, 0
+    lines, differ = [], []
     for first in range(0, options.count, BATCH):
         last = min(first + BATCH, options.count)
-        first_batch = batch(sys.executable, first, last, {"PYTHONHASHSEED": "1"})
+        here = batch(sys.executable, first, last, {"PYTHONHASHSEED": "1"})
         busy = multiprocessing.Process(target=keep_a_core_busy, daemon=True)
         busy.start()
-        other = batch(
-            options.python, first, last, {"PYTHONHASHSEED": str(first + 2), "PADDING": "x" * 9999}
-        )
+        variables = {"PYTHONHASHSEED": str(first + 2), "PADDING": "x" * 9999}
+        there = batch(options.python, first, last, variables)
         busy.kill()
         busy.join()
-        for mine, its in zip(first_batch, other, strict=True):
-            ended += mine["end"] == "success"
-            seconds += float(str(mine["s"]))
-            goals += int(str(mine["goals"]))
-            faults += int(str(mine["faults"]))
-            if mine != its:
-                differ.append(mine["seed"])
+        lines += here
+        pairs = zip(here, there, strict=True)
+        differ += [mine["seed"] for mine, other in pairs if mine != other]
         print(f"\r{last} of {options.count}, {len(differ)} differ", end="", file=sys.stderr)
     print(file=sys.stderr)
     figure("traces that differ", len(differ))
+    seconds, goals, faults = (sum(line[key] for line in lines) for key in ("s", "goals", "faults"))
     print(
         f"{options.count} scenarios, {seconds:.0f} virtual s, {goals} goals, {faults} faults, "
-        f"{ended} missions succeeded: {len(differ)} traces differ"
-        + (f": seeds {differ}" if differ else "")
+        f"{sum(line['end'] == 'success' for line in lines)} missions succeeded: "
+        f"{len(differ)} traces differ{f': seeds {differ}' if differ else ''}"
     )
     return 1 if differ else 0
 

@@ -7,40 +7,47 @@ time is read from the stamps of the velocity commands, which are made in the ser
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Collection, Iterator
+from argparse import Namespace
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import pairwise
-from pathlib import Path
+from itertools import chain, pairwise
 from typing import Any
 
+import numpy as np
 import rclpy
-from bt_mission_interfaces.action import Turn
+from action_msgs.srv import CancelGoal
+from bt_mission_interfaces.action import ExecuteMission, Turn
+from bt_mission_interfaces.srv import SetBreakpoint
+from builtin_interfaces.msg import Duration as DurationMessage
 from geometry_msgs.msg import TwistStamped
+from nav2_msgs.action import Wait
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from safety_kills import process
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
-from benchmarks.measuring import figure, process_usage, table
+from benchmarks.measuring import arguments, figure, process_usage, table, times
 from bt_mission.core.stamps import to_ns
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.core.wall_clock import Stopwatch, rest
 
 PERIOD_S = 0.05
 """Between two control steps, s."""
 CALM_S = 10.0
 """The time for which the control step is watched without a flood, s."""
-READY_S = 60.0
+READY_S = 120.0
 """The limit for a process to serve, s."""
 START_S = 10.0
 """The time without growth of memory after which a process counts as started, s."""
@@ -48,7 +55,114 @@ REST_S = 12.0
 """The time after which servers accept goals again, s."""
 WAITS_S = 3.0
 """The time for which a process is watched after a flood, s."""
-CLIENT = Path(__file__).with_name("floods_client.py")
+PATIENCE_S = 30.0
+"""Wall time without a response after which a client stops waiting, s."""
+IN_A_ROW = 20
+UNANSWERED = 2_000
+"""The most open requests: the client's reader must not drop responses."""
+
+DEEP = QoSProfile(depth=20_000)
+BEHIND = Duration(seconds=10)
+TYPES: dict[str, Any] = {"velocities": TwistStamped, "scans": LaserScan, "clock": Clock}
+GOALS: dict[str, Any] = {
+    "turns": (Turn, Turn.Goal(angle=3600.0, angular_velocity=0.1)),
+    "waits": (Wait, Wait.Goal(time=DurationMessage(sec=3600))),
+    "missions": (ExecuteMission, ExecuteMission.Goal(path="no_such_mission")),
+}
+
+
+# ---- a client that floods, as fast as it can, in a process of its own ----------------------------
+
+
+class Answers:
+    """Counts responses and refusals, and notes the time of the last one."""
+
+    def __init__(self) -> None:
+        self.sent = self.count = self.refused = 0
+        self.last_s = 0.0
+        self._watch = Stopwatch()
+
+    def take(self, future: Any) -> None:
+        """Count one."""
+        answer = future.result()
+        self.count += 1
+        self.refused += not getattr(answer, "accepted", getattr(answer, "success", True))
+        self.last_s = self._watch.elapsed_s
+
+    @property
+    def silence_s(self) -> float:
+        """Seconds since the last one."""
+        return self._watch.elapsed_s - self.last_s
+
+
+def request(node: Node, kind: str, name: str) -> Callable[[int], Any]:
+    """Return a function that sends one request of a kind, by its number, and returns a future."""
+    if kind in GOALS:
+        action, goal = GOALS[kind]
+        sender = ActionClient(node, action, name, goal_service_qos_profile=DEEP)
+        sender.wait_for_server()
+        return lambda _: sender.send_goal_async(goal)
+    service = {"cancels": CancelGoal, "breakpoints": SetBreakpoint}.get(kind, Trigger)
+    client = node.create_client(service, name, qos_profile=DEEP)
+    client.wait_for_service()
+    if kind == "breakpoints":
+        return lambda number: client.call_async(SetBreakpoint.Request(node=f"node {number}"))
+    # A cancel of neither a goal nor a time is one of all goals.
+    return lambda _: client.call_async(service.Request())
+
+
+def ask(node: Node, kind: str, name: str, count: int) -> dict[str, float]:
+    """Send a number of requests, and wait for the responses."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    send = request(node, kind, name)
+    answers = Answers()
+    while answers.count < count and answers.silence_s < PATIENCE_S:
+        for _ in range(
+            min(IN_A_ROW, count - answers.sent, UNANSWERED - answers.sent + answers.count)
+        ):
+            send(answers.sent).add_done_callback(answers.take)
+            answers.sent += 1
+        executor.spin_once(timeout_sec=0.0 if answers.sent < count else 0.1)
+    return {
+        "sent": answers.sent,
+        "answered": answers.count,
+        "refused": answers.refused,
+        "seconds": answers.last_s,
+    }
+
+
+def publish(node: Node, kind: str, name: str, count: int) -> dict[str, float]:
+    """Publish so many messages, each as soon as the one before it has gone."""
+    publisher = node.create_publisher(TYPES[kind], name, 10)
+    messages = [serialize_message(message) for message in _messages(node, kind)]
+    while not publisher.get_subscription_count():
+        rest(0.05)
+    watch = Stopwatch()
+    for index in range(count):
+        publisher.publish(messages[index % len(messages)])
+    return {"sent": count, "seconds": watch.elapsed_s}
+
+
+def _messages(node: Node, kind: str) -> list[Any]:
+    """Return messages that are sent in turns."""
+    if kind == "clock":
+        now = node.get_clock().now()
+        return [Clock(clock=time.to_msg()) for time in (now, now - BEHIND)]
+    message = TYPES[kind]()
+    if kind == "velocities":
+        message.twist.angular.z = 0.1
+    return [message]
+
+
+def flood(kind: str, name: str, count: str) -> None:
+    """Flood once, and print the outcome as JSON."""
+    node = rclpy.create_node("flood", enable_rosout=False)
+    flooded = (publish if kind in TYPES else ask)(node, kind, name, int(count))
+    print(json.dumps(flooded), flush=True)
+
+
+# ---- what is flooded -----------------------------------------------------------------------------
 
 
 class Robot:
@@ -97,7 +211,8 @@ class Robot:
             if not self._turn.server_is_ready():
                 continue
             future = self._turn.send_goal_async(goal)
-            self.spin(0.5)
+            while not future.done() and watch.elapsed_s < READY_S:
+                self.spin(0.1)
             if future.done() and future.result().accepted:
                 self.spin(1.0)
                 return
@@ -151,26 +266,12 @@ class Flooded:
             "" if self.answered is None else f"{self.answered:,}, {self.refused:,} of them no"
         )
         figure(f"{name}: CPU", self.cpu_s, "s")
+        late = ("", "")
         if self.late_s:
-            figure(
-                f"{name}: a command is late by", (1000 * delay_s for delay_s in self.late_s), "ms"
-            )
-        return (
-            name,
-            f"{self.sent:,} in {self.seconds:.1f} s",
-            answered,
-            f"{self.cpu_s:.1f}",
-            f"{self.grown_mib:.1f}",
-            *_late(self.late_s),
-        )
-
-
-def _late(late_s: list[float]) -> tuple[str, str]:
-    if not late_s:
-        return "", ""
-    ordered = sorted(late_s)
-    share = ordered[min(len(ordered) - 1, math.floor(0.99 * len(ordered)))]
-    return f"{share * 1e3:.0f} ms", f"{ordered[-1] * 1e3:.0f} ms"
+            late_ms = figure(f"{name}: a command is late by", times(1000, self.late_s), "ms")
+            late = (f"{np.percentile(late_ms, 99):.0f} ms", f"{max(late_ms):.0f} ms")
+        sent = f"{self.sent:,} in {self.seconds:.1f} s"
+        return (name, sent, answered, f"{self.cpu_s:.1f}", f"{self.grown_mib:.1f}", *late)
 
 
 def watched(
@@ -180,7 +281,7 @@ def watched(
     cpu_s, resident = process_usage(target.pid)
     first = len(robot.stamps_s)
     client = subprocess.Popen(  # noqa: S603 - starts our own program
-        [sys.executable, str(CLIENT), kind, name, str(count)], stdout=subprocess.PIPE
+        [sys.executable, __file__, "--flood", kind, name, str(count)], stdout=subprocess.PIPE
     )
     most = resident
     while client.poll() is None:
@@ -221,15 +322,14 @@ def _lateness(stamps_s: list[float]) -> list[float]:
     return [after - before - PERIOD_S for before, after in pairwise(stamps_s)]
 
 
-KINDS = ("waits", "cancels", "scans", "turns", "stops", "clock", "velocities", "missions")
-KINDS += ("breakpoints",)
+KINDS = ["waits", "cancels", "scans", "turns", "stops", "clock", "velocities", "missions"]
+KINDS += ["breakpoints"]
 HEAD = ("flood", "sent", "answered", "CPU, s", "memory, MiB", "99 % late by", "latest by")
 
 
-def servers(
-    robot: Robot, folder: str, count: int, kinds: Collection[str]
-) -> Iterator[tuple[object, ...]]:
+def servers(robot: Robot, folder: str, options: Namespace) -> Iterator[tuple[object, ...]]:
     """Flood the servers while they turn a robot."""
+    count = options.count
     with process("servers", "--images", folder, "--wall-clock") as target:
         robot.drive()
         yield calm(robot, target).row("servers: none")
@@ -240,7 +340,7 @@ def servers(
             ("turns", "turn", count),
             ("stops", "stop", count),
         ):
-            if kind not in kinds:
+            if kind not in options.kinds:
                 continue
             result = watched(robot, target, kind, name, many)
             if kind in ("turns", "stops"):
@@ -252,50 +352,45 @@ def servers(
                 robot.drive()
 
 
-def others(
-    robot: Robot, folder: str, count: int, kinds: Collection[str]
-) -> Iterator[tuple[object, ...]]:
+def others(robot: Robot, folder: str, options: Namespace) -> Iterator[tuple[object, ...]]:
     """Flood the other processes, and servers on simulated time."""
-    for options, kind, name, many in (
+    count = options.count
+    for words, kind, name, many in (
         (("servers", "--images", folder), "clock", "/clock", 10 * count),
         (("arbiter", "--wall-clock"), "velocities", "cmd_vel_mission", 100 * count),
         (("sim", "--no-camera"), "velocities", "cmd_vel", 100 * count),
         (("serve", "--wall-clock", "--missions", folder), "missions", "execute_mission", count),
         (("serve", "--wall-clock"), "breakpoints", "bt_mission/breakpoint", count),
     ):
-        if kind not in kinds:
+        if kind not in options.kinds:
             continue
-        with process(*options) as target:
+        with process(*words) as target:
             settle(robot, target)
             result = watched(robot, target, kind, name, many)
         result.late_s = []
-        yield result.row(f"{options[0]}: {kind}")
+        yield result.row(f"{words[0]}: {kind}")
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=10_000, help="requests of a flood")
-    parser.add_argument("--only", choices=("servers", "others"))
-    parser.add_argument("--kinds", choices=KINDS, nargs="+", default=KINDS, help="of floods")
-    parser.add_argument("--pauses", type=float, default=1.0, help="of the usual ones, what part")
-    arguments = parser.parse_args()
+    options = arguments(
+        __doc__,
+        only={"servers": servers, "others": others},
+        count=(10_000, "requests of a flood"),
+        kinds=(KINDS, "of floods"),
+        pauses=(1.0, "of the usual ones, what part"),
+        flood=([""], "kind, name and count: be a client that floods"),
+    )
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     rclpy.init()
-    robot = Robot(arguments.pauses)
-    with tempfile.TemporaryDirectory() as folder:
-        floods = [
-            measure for measure in (servers, others) if arguments.only in (None, measure.__name__)
-        ]
-        table(
-            HEAD,
-            (
-                row
-                for flood in floods
-                for row in flood(robot, folder, arguments.count, arguments.kinds)
-            ),
-        )
-    robot.close()
+    if any(options.flood):
+        flood(*options.flood)
+    else:
+        robot = Robot(options.pauses)
+        with tempfile.TemporaryDirectory() as folder:
+            parts = (part(robot, folder, options) for part in options.only)
+            table(HEAD, chain.from_iterable(parts))
+        robot.close()
     rclpy.try_shutdown()
 
 

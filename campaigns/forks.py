@@ -1,6 +1,6 @@
 """Forks without a change, at random instants of the shipped missions: are they byte-identical?
 
-Run it as: python campaigns/forks.py [--count 1000] [--seed 0] [--missions explore,patrol]
+Run it as: python campaigns/forks.py [--count 1000] [--seed 0] [--missions explore patrol]
 
 Each mission runs and is recorded once; then runs and forks take turns, in this process. Told are
 how many forks were the same, and how long a fork takes compared with the run: reading the
@@ -9,7 +9,6 @@ recording, comparing the trace and running, to loading the mission and running (
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import sys
@@ -18,10 +17,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from benchmarks.measuring import CpuWatch, figure, ratios, spread, table
+from benchmarks.measuring import CpuWatch, arguments, figure, ratios, spread, table
 from bt_mission.core.dds.middleware import prepare_middleware
 
-MISSIONS = ("explore", "patrol", "square", "sweep", "explore_random", "explore_frontiers")
+MISSIONS = ["explore", "patrol", "square", "sweep", "explore_random", "explore_frontiers"]
 RUNS_EVERY = 10
 """Forks between two runs without a comparison."""
 
@@ -70,13 +69,11 @@ def timed(work: Callable[[], str]) -> tuple[float, str]:
 
 def main() -> None:
     """Fork, and print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=60, help="forks of all missions together")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--missions", default=",".join(MISSIONS))
-    options = parser.parse_args()
+    options = arguments(
+        __doc__, count=(60, "forks of all missions together"), seed=0, missions=MISSIONS
+    )
     prepare_middleware()
-    names = options.missions.split(",")
+    names = options.missions
     draws = random.Random(options.seed)
     differences: list[str] = []
     rows = []
@@ -89,28 +86,20 @@ def main() -> None:
             count = options.count // len(names) + (number < options.count % len(names))
             runs: list[float] = []
             forks: list[float] = []
-            found_differences: list[str] = []
+            different: list[str] = []
             for turn in range(count):
                 if turn % RUNS_EVERY == 0:
                     runs.append(timed(partial(run_once, mission, folder))[0])
                 seconds, difference = timed(partial(fork_once, recording, draws.randrange))
                 forks.append(seconds)
-                found_differences.append(difference)
-            differences += [f"{mission}: {text}" for text in found_differences if text]
-            paired = [forks[RUNS_EVERY * at] for at in range(len(runs))]
-            same = sum(not text for text in found_differences)
-            figure(f"{mission}: fork to run, CPU", ratios(paired, runs))
-            figure(f"{mission}: share that is byte-identical", same / count)
-            rows.append(
-                (
-                    mission,
-                    f"{same} of {count}",
-                    spread(runs, 2, "s"),
-                    spread(forks, 2, "s"),
-                    spread(ratios(paired, runs), 2),
-                )
-            )
-            print(f"{mission}: {same} of {count} the same", file=sys.stderr, flush=True)
+                different += [f"{mission}: {difference}"] if difference else []
+            differences += different
+            same = f"{count - len(different)} of {count}"
+            to_run = ratios(forks[::RUNS_EVERY], runs)
+            figure(f"{mission}: fork to run, CPU", to_run)
+            figure(f"{mission}: share that is byte-identical", 1 - len(different) / count)
+            rows.append((mission, same, spread(runs, "s"), spread(forks, "s"), spread(to_run)))
+            print(f"{mission}: {same} the same", file=sys.stderr, flush=True)
     table(("mission", "byte-identical", "run, CPU", "fork, CPU", "fork to run"), rows)
     if differences:
         print("\n".join(differences[:5]))

@@ -1,6 +1,6 @@
 """Explorations of small random missions against plain enumeration: the same ends and findings.
 
-Run it as: python campaigns/prove.py [--count 1000] [--first 0] [--results prove.jsonl]
+Run it as: python campaigns/prove.py [--count 1000] [--most 10000] [--results prove.jsonl]
 
 Seed N gives two missions. The first has up to 8 nodes. Its exploration is compared with all of its
 runs, each from its beginning: no state is merged, and none is put back. With more than ``--most``
@@ -13,13 +13,12 @@ Each seed is one line of the results; a second run continues where the first was
 
 from __future__ import annotations
 
-import argparse
-import json
-from collections import Counter
 from pathlib import Path
 from unittest.mock import patch
 
-from benchmarks.measuring import CpuWatch, figure
+from trials import Line, conclude, counted, missing, write
+
+from benchmarks.measuring import CpuWatch, arguments
 from tests.support.brute_force import (
     TooManyRunsError,
     Verdicts,
@@ -73,36 +72,22 @@ def _beyond(first: Verdicts, second: Verdicts) -> Verdicts:
     )
 
 
+def trial(seed: int, most: int) -> Line:
+    """Compare both missions of a seed."""
+    results = {"enumeration": enumeration(seed, most), "abstraction": abstraction(seed)}
+    findings = [text for text in results.values() if text.startswith(("different", "lost"))]
+    return {"number": seed, **results, "findings": findings}
+
+
 def main() -> None:
     """Compare, and print how many were equal."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--most", type=int, default=10_000)
-    parser.add_argument("--results", type=Path, default=Path("prove.jsonl"))
-    options = parser.parse_args()
-    lines = options.results.read_text().splitlines() if options.results.exists() else []
-    results = {line["seed"]: line for line in map(json.loads, lines)}
+    options = arguments(__doc__, count=1000, most=10_000, results=Path("prove.jsonl"))
     watch = CpuWatch()
-    with options.results.open("a") as file:
-        for seed in range(options.first, options.first + options.count):
-            if seed not in results:
-                line = {
-                    "seed": seed,
-                    "enumeration": enumeration(seed, options.most),
-                    "abstraction": abstraction(seed),
-                }
-                results[seed] = line
-                print(json.dumps(line), file=file, flush=True)
-    for kind in ("enumeration", "abstraction"):
-        counts = Counter(line[kind] for line in results.values())
-        print(f"{kind}: {', '.join(f'{count:,} {what}' for what, count in counts.most_common())}")
-    print(f"{watch.elapsed_s:.0f} s of processor time")
-    figure("differences", sum(_is_wrong(line) for line in results.values()))
-
-
-def _is_wrong(line: dict[str, str]) -> bool:
-    return line["enumeration"].startswith("different") or line["abstraction"].startswith("lost")
+    todo = missing(options.results, options.count)
+    lines = write((trial(seed, options.most) for seed in todo), options.results)
+    kinds = ("enumeration", "abstraction")
+    counts = [f"{kind}: {counted(line[kind] for line in lines)}" for kind in kinds]
+    conclude(lines, *counts, f"{watch.elapsed_s:.0f} s of processor time")
 
 
 if __name__ == "__main__":

@@ -15,21 +15,17 @@ was stopped. A finding is
 
 from __future__ import annotations
 
-import argparse
-import json
 import random
 import re
-import tempfile
-from collections import Counter
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 
-from campaign import pending
+from trials import Line, conclude, counted, live_robot, missing, write
 
-from benchmarks.measuring import NOT_SOUND, figure
+from benchmarks.measuring import arguments
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.faults.errors import ScenarioError
-from bt_mission.testing.live_graph import LiveGraph, Process, own_domain
+from bt_mission.testing.live_graph import LiveGraph, Process
 
 LEGS = 3
 MISSION = f"""\
@@ -66,10 +62,18 @@ def runs_for(process: Process, journal: Path, seconds: float) -> float:
     return watch.elapsed_s if watch else 0.0
 
 
-def trial(number: int, graph: LiveGraph, lasts_s: float) -> tuple[str, str, float]:
-    """Kill a mission and resume it; return what came of it, the finding, and the instant."""
-    mission, journal = graph.folder / "legs.yaml", graph.folder / f"{number}.journal"
+def trial(number: int, graph: LiveGraph, lasts_s: float) -> Line:
+    """Kill a mission and resume it; return what came of it."""
     kill_s = random.Random(number).uniform(0, lasts_s)
+    came, finding = killed(number, graph, kill_s)
+    print(f"{number}: killed after {kill_s:.2f} of {lasts_s:.1f} s: {came}", flush=True)
+    findings = [finding] if finding else []
+    return {"number": number, "killed_s": round(kill_s, 3), "came": came, "findings": findings}
+
+
+def killed(number: int, graph: LiveGraph, kill_s: float) -> tuple[str, str]:
+    """Kill a mission at an instant and resume it; return what came of it, and the finding."""
+    mission, journal = graph.folder / "legs.yaml", graph.folder / f"{number}.journal"
     options = ("--seed", str(number), "--journal", str(journal))
     first = graph.run(mission, *options)
     runs_for(first, journal, kill_s)
@@ -79,52 +83,32 @@ def trial(number: int, graph: LiveGraph, lasts_s: float) -> tuple[str, str, floa
     before, after = LEG.findall(first.output), LEG.findall(second.output)
     lines = second.output.strip().splitlines() or [""]
     if "Traceback" in first.output + second.output:
-        return "failed", f"traceback: {second.output}", kill_s
+        return "failed", f"traceback: {second.output}"
     if NO_JOURNAL in second.output and not before:
-        return "killed before the first transaction", "", kill_s
+        return "killed before the first transaction", ""
     if "legs: success" in first.output or len(before) == LEGS:
         is_right = second.code == 2 and "this mission has ended: success" in second.output
         is_right = is_right or (second.code == 0 and not set(after) - {str(LEGS)})
-        return "killed at its end", "" if is_right else f"end: {lines[-1]}", kill_s
+        return "killed at its end", "" if is_right else f"end: {lines[-1]}"
     legs = [*before, *after]
     expected = [str(leg + 1) for leg in range(LEGS)]
     is_whole = legs == expected or (after[:1] == before[-1:] and [*before, *after[1:]] == expected)
     is_right = second.code == 0 and "legs: success" in second.output
     if not is_right or " 0 orphaned" not in second.output or not is_whole:
-        return "failed", f"legs {before} {after}: {lines[-3:]}", kill_s
-    return "resumed", "", kill_s
+        return "failed", f"legs {before} {after}: {lines[-3:]}"
+    return "resumed", ""
 
 
 def main() -> None:
     """Run the campaign."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--results", type=Path, default=Path("resume.jsonl"))
-    options = parser.parse_args()
-    options.results.touch()
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        graph = LiveGraph(folder, stack.enter_context(own_domain()))
-        stack.callback(graph.close)
-        (folder / "legs.yaml").write_text(MISSION, encoding="utf-8")
-        graph.robot("empty_arena", "waffle", "--no-camera")
-        whole = folder / "whole.journal"
-        lasts_s = runs_for(graph.run(folder / "legs.yaml", "--journal", str(whole)), whole, 60.0)
-        with options.results.open("a", encoding="utf-8") as results:
-            for number in pending(options.results, options.count):
-                came, finding, kill_s = trial(number, graph, lasts_s)
-                line = {"number": number, "killed_s": round(kill_s, 3), "came": came}
-                results.write(json.dumps({**line, "finding": finding}) + "\n")
-                results.flush()
-                print(
-                    f"{number}: killed after {kill_s:.2f} of {lasts_s:.1f} s: {came} {finding}",
-                    flush=True,
-                )
-    lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
-    findings = [line["finding"] for line in lines if line["finding"]]
-    figure("findings", len(findings))
-    print(f"{len(lines)} kills: {dict(Counter(line['came'] for line in lines))}; {findings or ''}")
-    raise SystemExit(NOT_SOUND if findings else 0)
+    options = arguments(__doc__, count=200, results=Path("resume.jsonl"))
+    with live_robot() as graph:
+        mission, whole = graph.folder / "legs.yaml", graph.folder / "whole.journal"
+        mission.write_text(MISSION, encoding="utf-8")
+        lasts_s = runs_for(graph.run(mission, "--journal", str(whole)), whole, 60.0)
+        todo = missing(options.results, options.count)
+        lines = write((trial(number, graph, lasts_s) for number in todo), options.results)
+    conclude(lines, f"{len(lines)} kills: {counted(line['came'] for line in lines)}")
 
 
 if __name__ == "__main__":

@@ -17,69 +17,51 @@ a second run continues where the first was stopped. A finding is
 
 from __future__ import annotations
 
-import argparse
 import json
-import tempfile
-import traceback
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from action_msgs.msg import GoalStatus
-from campaign import AT_ONCE, RAISED, pending
+from campaign import DRAWN, RAISED, Outcome, play, summary
+from trials import carry_out, conclude, counted, missing
 
-from benchmarks.measuring import CpuWatch, figure
+from benchmarks.measuring import arguments
 from bt_mission.core.actions import moved_part
 from bt_mission.core.draws import Draws, SeededDraws, maybe, number, one_of
 from bt_mission.core.errors import BtMissionError
 from bt_mission.events.events import Event, GoalChanged, TreeRevised
-from bt_mission.faults import FAULTS
 from bt_mission.faults.drawing import drawn_faults
 from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import WANTED
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
-from bt_mission.testing import ScenarioError
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text
 from bt_mission.testing.generators.worlds import drawn_world
-from bt_mission.testing.run import NeverHeldError, Run
-from bt_mission.testing.stages import Stages
+from bt_mission.testing.run import Run
 
 MOST_REVISIONS = 6
 MOST_EDITS = 3
 LAST_S = 9.0
 """The latest instant of a revision, s."""
 
-_DRAWN = tuple(
-    name for name in FAULTS if name != "kill_server" and "leaf" not in FAULTS[name].parameters
-)
-"""Leaves have other names in every mission; a dead server ends no goal."""
+FAULTS = tuple(name for name in DRAWN if name != "kill_server")
+"""A dead server ends no goal."""
 
 Node = dict[str, Any]
 
 
 @dataclass
-class Outcome:
-    """The outcome of a scenario."""
+class Revised(Outcome):
+    """The outcome of a scenario with revisions."""
 
-    number: int
-    status: str = ""
-    reason: str = ""
-    virtual_s: float = 0.0
-    cpu_s: float = 0.0
-    goals: int = 0
-    faults: int = 0
     applied: int = 0
     refused: list[str] = field(default_factory=list)
     continued: int = 0
     canceled: int = 0
-    trace: str = ""
-    findings: list[str] = field(default_factory=list)
 
 
 # ---- missions that change ----------------------------------------------------------------------
@@ -204,7 +186,7 @@ def scenario(seed: int) -> tuple[DrawnScenario, list[tuple[float, str]]]:
         at_s += number(draws, 0.05, LAST_S / MOST_REVISIONS, 0.01)
         versions.append((round(at_s, 3), as_text(version)))
     world = as_text(drawn_world(draws))
-    faults = drawn_faults(draws, _DRAWN) if maybe(draws, 2) else ()
+    faults = drawn_faults(draws, FAULTS) if maybe(draws, 2) else ()
     return DrawnScenario(as_text(mission), world, draws.whole(0, 999), faults), versions
 
 
@@ -240,7 +222,7 @@ class Watch:
             self._findings.append(f"two goals on the base: {wanted} at {self._run.t} s")
 
 
-def _revise(text: str, outcome: Outcome, run: Run) -> None:
+def _revise(text: str, outcome: Revised, run: Run) -> None:
     """Apply a version, unless the mission has ended."""
     executive = run.stage.executive
     try:
@@ -259,116 +241,57 @@ def _revise(text: str, outcome: Outcome, run: Run) -> None:
         outcome.findings.append(f"a refused revision has changed something: {revision.reasons}")
 
 
-def carry_out(seed: int) -> Outcome:
+def trial(seed: int) -> Revised:
     """Run a scenario twice. Return its outcome."""
-    watch = CpuWatch()
     outcome, again = _run(seed), _run(seed)
     if outcome.trace != again.trace:
         outcome.findings.append(f"another trace: {outcome.status} and {again.status}")
-    outcome.cpu_s = round(watch.elapsed_s, 2)
+    outcome.cpu_s += again.cpu_s
     return outcome
 
 
-def _run(seed: int) -> Outcome:
+def _run(seed: int) -> Revised:
     drawn, versions = scenario(seed)
-    outcome = Outcome(seed, faults=len(drawn.faults))
-    with tempfile.TemporaryDirectory() as folder:
-        stages = Stages(Path(folder))
-        try:
-            _play(drawn, versions, stages, outcome)
-            stages.close()
-        except Exception as error:  # noqa: BLE001 - as within the run
-            outcome.findings.append(f"traceback at the end: {error!r}")
-    return outcome
+    outcome = Revised(seed, [fault.name for fault in drawn.faults])
 
-
-def _play(
-    drawn: DrawnScenario, versions: list[tuple[float, str]], stages: Stages, outcome: Outcome
-) -> None:
-    run, statuses = None, list[str]()
-    try:
-        run = drawn.on(stages)
-        run.stage.offer_all()
-        statuses = [
-            topic
-            for topic, _ in run.stage.node.get_topic_names_and_types()
-            if topic.endswith("/_action/status")
-        ]
-        run.record(*statuses)
+    def begin(run: Run) -> None:
         Watch(run, outcome.findings)
         for at_s, text in versions:
             run.at(at_s, partial(_revise, text, outcome))
-        run.until_done()
-    except NeverHeldError:
-        outcome.findings.append("hang")
-    except ScenarioError as error:  # a fault could not begin: a mistake of the draw, not a finding
-        outcome.reason = f"{type(error).__name__}: {error}".splitlines()[0]
-    except Exception as error:  # noqa: BLE001 - this is what is looked for
-        if RAISED not in str(error):
-            outcome.findings.append("traceback: " + traceback.format_exc(limit=-6))
-    if run is None:
-        return
-    outcome.virtual_s, outcome.goals = round(run.t, 2), len(run.goals)
-    outcome.status, outcome.trace = run.status, run.stage.trace.sha256
-    outcome.reason = outcome.reason or run.reason
-    if "callback failed" in run.reason and RAISED not in run.reason:
-        outcome.findings.append(f"traceback: {run.reason}")
-    if run.is_done:
-        going = [
-            bytes(status.goal_info.goal_id.uuid).hex()
-            for topic in statuses
-            for status in (run.topic(topic).last.status_list if len(run.topic(topic)) else ())
-            if status.status in (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
-        ]
-        if len(going) > run.report.goals_left_behind:
-            outcome.findings.append(f"orphaned goals: {going} are worked on, none is named")
+
+    play(drawn, outcome, begin)
+    if "callback failed" in outcome.reason and RAISED not in outcome.reason:
+        outcome.findings.append(f"traceback: {outcome.reason}")
+    return outcome
 
 
 def main() -> None:
     """Run the campaign."""
-    assert __doc__ is not None
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=1_000)
-    parser.add_argument("--results", type=Path, default=Path("revisions.jsonl"))
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--show", type=int, metavar="N", help="print scenario N, and run nothing")
-    options = parser.parse_args()
+    options = arguments(
+        __doc__,
+        count=1_000,
+        results=Path("revisions.jsonl"),
+        jobs=1,
+        show=(None, "print scenario N, and run nothing"),
+    )
     if options.show is not None:
         drawn, versions = scenario(options.show)
         print(repr(drawn), *(f"\n# at {at_s} s\n{text}" for at_s, text in versions))
         return
-    options.results.touch()
-    todo = pending(options.results, options.count)
-    with (
-        options.results.open("a") as results,
-        get_context("spawn").Pool(options.jobs, maxtasksperchild=AT_ONCE) as pool,
-    ):
-        for outcome in pool.imap_unordered(carry_out, todo):
-            results.write(json.dumps(asdict(outcome)) + "\n")
-            results.flush()
-            if outcome.findings:
-                print(f"{outcome.number}: {outcome.findings}", flush=True)
-    lines = [json.loads(line) for line in options.results.read_text().splitlines()]
-    print(summary(lines))
-    figure("findings", sum(len(line["findings"]) for line in lines))
-
-
-def summary(lines: list[dict[str, Any]]) -> str:
-    """Return the figures of a campaign, in a few lines."""
+    todo = missing(options.results, options.count)
+    lines = carry_out(trial, todo, options.results, options.jobs)
     total = {
         name: sum(line[name] for line in lines)
-        for name in ("applied", "continued", "canceled", "goals", "faults", "virtual_s", "cpu_s")
+        for name in ("applied", "continued", "canceled", "goals")
     }
-    kinds = Counter(finding.partition(":")[0] for line in lines for finding in line["findings"])
-    refused = Counter(reason.partition(":")[0][:60] for line in lines for reason in line["refused"])
-    states = Counter(line["status"] or "not run" for line in lines)
-    return (
-        f"{len(lines)} scenarios, each twice, {total['virtual_s']:.0f} s of virtual time, "
-        f"{total['cpu_s']:.0f} s of CPU time; ended: {dict(states)}\n"
-        f"{total['applied']} revisions applied, {sum(refused.values())} refused: "
+    refused = counted(reason.partition(":")[0][:60] for line in lines for reason in line["refused"])
+    conclude(
+        lines,
+        summary(lines),
+        f"each twice; {total['applied']} revisions applied, {sum(refused.values())} refused: "
         f"{total['continued']} goals continued, {total['canceled']} were canceled; "
-        f"{total['goals']} goals, {total['faults']} faults\n"
-        f"refused: {dict(refused)}\nfindings: {dict(kinds) or 'none'}"
+        f"{total['goals']} goals",
+        f"refused: {refused}",
     )
 
 

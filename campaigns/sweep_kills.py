@@ -6,12 +6,11 @@ Run it as: python campaigns/sweep_kills.py [--rounds N] [--count N]
 
 from __future__ import annotations
 
-import argparse
 import random
 import tempfile
 from pathlib import Path
 
-from benchmarks.measuring import figure
+from benchmarks.measuring import arguments, figure
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 from bt_mission.sweeps.base import BaseChanges, load_base
 from bt_mission.sweeps.plan import SweepPlan
@@ -47,11 +46,9 @@ def is_equal(number: int, count: int, most_kills: int) -> bool:
 
 def main() -> None:
     """Run the rounds."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=20)
-    parser.add_argument("--count", type=int, default=16, help="scenarios of a sweep")
-    parser.add_argument("--most-kills", type=int, default=4, help="in a round")
-    options = parser.parse_args()
+    options = arguments(
+        __doc__, rounds=20, count=(16, "scenarios of a sweep"), most_kills=(4, "in a round")
+    )
     prepare_process()
     rounds = [
         is_equal(number, options.count, options.most_kills) for number in range(options.rounds)

@@ -12,7 +12,6 @@ import argparse
 import asyncio
 import subprocess
 import sys
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -30,9 +29,11 @@ from bt_mission.views.web.server import PageServer, WebOptions
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 from tests.support.browser import Page, browser  # noqa: E402 - found by the line above
+from tests.support.web_pages import play_with  # noqa: E402 - as above
 
 VARIED = ("speed=0.06,0.1,0.15,0.2,0.26", "stopping_distance=0.3,0.5,0.7,0.9")
 AT_S = 42.0
+LIMIT_S = 300.0
 READY = "document.querySelectorAll('.row').length > 3 && document.querySelector('#log li')"
 OPEN_MAP = "document.getElementById('map-toggle').click()"
 OPEN_CHART = "[...document.querySelectorAll('#variables button')].at(-1).click()"
@@ -73,17 +74,8 @@ def capture_web(page: Page, recording: Path | None, folder: Path) -> None:
         page.until(DRAWN)
         page.screenshot(folder / "web.png")
 
-    async def serve() -> None:
-        with closing(PageServer(served_page_of(runs), WebOptions(port=0))) as server:
-            is_over = False
-            serving = asyncio.create_task(server.serve(lambda: is_over))
-            try:
-                await asyncio.to_thread(look, server.link)
-            finally:
-                is_over = True
-                await serving
-
-    asyncio.run(serve())
+    served = PageServer(served_page_of(runs), WebOptions(port=0))
+    play_with(served, lambda server: asyncio.to_thread(look, server.link), LIMIT_S)
 
 
 def capture_edit(page: Page, _: Path | None, folder: Path) -> None:
@@ -102,17 +94,8 @@ def capture_edit(page: Page, _: Path | None, folder: Path) -> None:
         page.until(f"{frame}.getElementById('log')?.children.length > 6", 60)
         page.screenshot(folder / "edit.png")
 
-    async def serve() -> None:
-        with closing(EditServer(Workspace(missions), WebOptions(port=0))) as server:
-            is_over = False
-            serving = asyncio.create_task(server.serve(lambda: is_over))
-            try:
-                await asyncio.to_thread(look, server.link)
-            finally:
-                is_over = True
-                await serving
-
-    asyncio.run(serve())
+    editor = EditServer(Workspace(missions), WebOptions(port=0))
+    play_with(editor, lambda server: asyncio.to_thread(look, server.link), LIMIT_S)
 
 
 def main() -> None:

@@ -12,6 +12,7 @@ import functools
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -221,35 +222,15 @@ def fault_of(edge: Import) -> str | None:
 
 
 def cycles(imports: list[Import]) -> list[list[str]]:
-    """Return the groups of modules that import each other, by Tarjan's algorithm."""
-    graph: dict[str, list[str]] = {}
+    """Return the modules that import each other in a ring: of the first ring that is found."""
+    graph: dict[str, set[str]] = {}
     for edge in imports:
-        graph.setdefault(edge.importer, []).append(edge.imported)
-    index: dict[str, int] = {}
-    low: dict[str, int] = {}
-    stack: list[str] = []
-    groups: list[list[str]] = []
-
-    def visit(name: str) -> None:
-        index[name] = low[name] = len(index)
-        stack.append(name)
-        for other in graph.get(name, ()):
-            if other not in index:
-                visit(other)
-                low[name] = min(low[name], low[other])
-            elif other in stack:
-                low[name] = min(low[name], index[other])
-        if low[name] == index[name]:
-            at = stack.index(name)
-            group = stack[at:]
-            del stack[at:]
-            if len(group) > 1:
-                groups.append(sorted(group))
-
-    for name in graph:
-        if name not in index:
-            visit(name)
-    return sorted(groups)
+        graph.setdefault(edge.importer, set()).add(edge.imported)
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return [sorted(set(error.args[1]))]
+    return []
 
 
 @functools.cache
@@ -274,7 +255,6 @@ def upward(imports: list[Import]) -> list[str]:
 
 def main() -> int:
     """Print layers, cycles and upward imports; return the exit code."""
-    sys.setrecursionlimit(10_000)
     known, imports = modules(), all_imports()
     for rank, packages in enumerate(LAYERS):
         counted = (

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import collections
 import json
 import os
 import re
@@ -73,9 +72,6 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--docstrings", action="store_true", help="of Python, read only the public docstrings"
     )
-    parser.add_argument(
-        "--count", action="store_true", help="print only how often each rule applies"
-    )
     options = parser.parse_args(arguments)
     npm = shutil.which("npm")
     if npm is None:
@@ -86,14 +82,9 @@ def main(arguments: list[str] | None = None) -> int:
         ROOT / name for name in (*PAGES, *CODE, *MESSAGES)
     ]
     findings = sorted(_checked(paths, options.node, only_docstrings=options.docstrings))
-    if options.count:
-        counts = collections.Counter(finding.message for finding in findings)
-        for message, count in counts.most_common():
-            print(f"{count:6}  {message}")
-    else:
-        for finding in findings:
-            words = f'"{finding.words}": ' if finding.words else ""
-            print(f"{finding.path}:{finding.line}:{finding.column}: {words}{finding.message}")
+    for finding in findings:
+        words = f'"{finding.words}": ' if finding.words else ""
+        print(f"{finding.path}:{finding.line}:{finding.column}: {words}{finding.message}")
     print(f"{len(findings)} findings" if findings else "no findings")
     return 1 if findings else 0
 

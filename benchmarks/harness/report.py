@@ -11,24 +11,7 @@ from pathlib import Path
 
 from benchmarks.harness.catalogue import Target
 from benchmarks.harness.running import Figure, Measurement, Plan
-
-
-def spread(values: Sequence[float], unit: str = "") -> str:
-    """Return median, minimum and maximum: ``34.0 ms (33.0 to 38.0)``."""
-    if not values:
-        return ""
-    median, least, most = map(_digits, (statistics.median(values), min(values), max(values)))
-    name = f"{median} {unit}" if unit else median
-    return name if least == most else f"{name} ({least} to {most})"
-
-
-def _digits(value: float) -> str:
-    """Return three significant digits, without an exponent."""
-    if value == 0:
-        return "0"
-    if abs(value) >= 100:
-        return f"{value:.0f}"
-    return f"{value:.{2 if abs(value) >= 1 else 3}f}"
+from benchmarks.measuring import spread
 
 
 def is_reached(figure: Figure, target: Target | None) -> bool | None:

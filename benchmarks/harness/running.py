@@ -12,10 +12,11 @@ import tempfile
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
+from multiprocessing import get_context
 from pathlib import Path
+from types import ModuleType
 
 from benchmarks.harness.catalogue import Benchmark
-from benchmarks.harness.forking import prepare, run_fork
 from benchmarks.harness.tree import ROOT, Tree
 from benchmarks.measuring import FIGURES_FILE, NOT_SOUND
 from bt_mission.core.wall_clock import Stopwatch
@@ -27,6 +28,12 @@ SMOKE_LIMIT_S = 300.0
 """Wall time after which a process of the smoke has failed; in CI tests run beside it."""
 LAST_LINES = 12
 """Lines of output that are shown of a failed process."""
+
+FORKS = get_context("forkserver")
+"""Scripts of the smoke are forks of a process that has imported what most of them need: a start of
+Python with ROS, NumPy and MuJoCo costs more than what the smoke of a script does.
+"""
+IMPORTED = ("bt_mission.cli.run", "bt_mission.scenarios.run", "bt_mission.sessions.stage", __name__)
 
 
 class FailedError(Exception):
@@ -96,8 +103,7 @@ class Runner:
     async def run(self) -> None:
         """Run all; a failure is noted in its measurement, and the others run."""
         free = asyncio.Semaphore(self._plan.jobs)
-        if self._plan.smoke and self._plan.new.root == ROOT:
-            prepare()
+        FORKS.set_forkserver_preload(list(IMPORTED))
 
         async def run_in_slot(benchmark: Benchmark) -> None:
             async with free:
@@ -199,10 +205,8 @@ class Runner:
                 command = [str((scripts or plan.new.root) / script), *arguments]
                 try:
                     async with asyncio.timeout(SMOKE_LIMIT_S if plan.smoke else None):
-                        if output and plan.smoke and tree.root == ROOT:
-                            code = await run_fork(command, tree.root, environment, output)
-                        else:
-                            code = await _run(command, tree.root, environment, output)
+                        run = _run_fork if plan.smoke and tree.root == ROOT else _run
+                        code = await run(command, tree.root, environment, output)
                 except TimeoutError:
                     end = _end_of(output)
                     raise FailedError(f"{script}: not done in {SMOKE_LIMIT_S:g} s{end}") from None
@@ -242,6 +246,47 @@ async def _run(
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         await process.wait()
+
+
+async def _run_fork(
+    command: list[str], folder: Path, environment: dict[str, str], output: Path | None
+) -> int:
+    """Run a script in a fork to its end; in any case, kill its remaining processes."""
+    process = FORKS.Process(target=_become, args=(command, folder, environment, output))
+    process.start()
+    assert process.pid is not None
+    ended, loop = asyncio.Event(), asyncio.get_running_loop()
+    loop.add_reader(process.sentinel, ended.set)
+    try:
+        await ended.wait()
+    finally:
+        loop.remove_reader(process.sentinel)
+        process.kill()
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.join()
+    return process.exitcode or 0
+
+
+def _become(command: list[str], folder: Path, environment: dict[str, str], output: Path) -> None:
+    """Be the process of a script."""
+    os.setsid()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    file = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    for stream in (1, 2):
+        os.dup2(file, stream)
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.argv = command
+    sys.path[0] = str(Path(command[0]).parent)
+    # As Python itself runs a file; a script's own processes find their functions in it.
+    module = ModuleType("__main__")
+    module.__file__ = command[0]
+    sys.modules["__main__"] = sys.modules["__mp_main__"] = module
+    exec(compile(Path(command[0]).read_bytes(), command[0], "exec"), module.__dict__)  # noqa: S102
 
 
 def _end_of(output: Path | None) -> str:

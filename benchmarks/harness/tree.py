@@ -1,10 +1,11 @@
-"""Copies of the software: this one, and another commit of it in a temporary folder."""
+"""The software that is measured: this checkout, or another commit in a temporary folder."""
 
 from __future__ import annotations
 
+import io
 import os
-import signal
 import subprocess
+import tarfile
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -55,7 +56,7 @@ class Tree:
 def this_tree() -> Tree:
     """Return the copy of this file."""
     try:
-        commit = _git("describe", "--always", "--dirty")
+        commit = _git("describe", "--always", "--dirty").decode().strip()
     except TreeError:
         commit = "no git"
     return Tree(ROOT, commit, (ROOT,))
@@ -63,13 +64,13 @@ def this_tree() -> Tree:
 
 @contextmanager
 def checked_out(revision: str) -> Iterator[Tree]:
-    """Check another commit out into a temporary folder, which is removed afterwards.
+    """Write another commit into a temporary folder, which is removed afterwards.
 
     Raises:
         TreeError: Where git does not know it.
     """
     try:
-        commit = _git("rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
+        commit = _git("rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}").decode().strip()
     except TreeError as error:
         raise TreeError(
             f"git knows no commit '{revision}' here; name a commit, a tag or a branch, such as "
@@ -77,38 +78,19 @@ def checked_out(revision: str) -> Iterator[Tree]:
         ) from error
     with tempfile.TemporaryDirectory(prefix="benchmarks_") as name:
         root, first = Path(name).resolve() / "tree", Path(name).resolve() / "path"
-        try:
-            _git("worktree", "add", "--quiet", "--detach", str(root), commit)
-            first.mkdir()
-            (first / "sitecustomize.py").write_text(WITHOUT_EDITABLE, encoding="utf-8")
-            yield Tree(root, _git("describe", "--always", commit), (first, root))
-        finally:
-            # A second Ctrl-C must not leave half of it.
-            ignored = {
-                number: signal.signal(number, signal.SIG_IGN)
-                for number in (signal.SIGINT, signal.SIGTERM)
-            }
-            command = [
-                "git",
-                "-C",
-                str(ROOT),
-                "worktree",
-                "remove",
-                "--force",
-                "--force",
-                str(root),
-            ]
-            subprocess.run(command, capture_output=True, check=False, start_new_session=True)  # noqa: S603 - git with our own folder
-            for number, handler in ignored.items():
-                signal.signal(number, handler)
+        first.mkdir()
+        (first / "sitecustomize.py").write_text(WITHOUT_EDITABLE, encoding="utf-8")
+        with tarfile.open(fileobj=io.BytesIO(_git("archive", commit))) as files:
+            files.extractall(root, filter="data")
+        yield Tree(root, _git("describe", "--always", commit).decode().strip(), (first, root))
 
 
-def _git(*arguments: str) -> str:
+def _git(*arguments: str) -> bytes:
     command = ["git", "-C", str(ROOT), *arguments]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - git
+        done = subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - git
     except FileNotFoundError as error:
         raise TreeError("git is not installed; --against needs it") from error
     if done.returncode:
-        raise TreeError(f"git {arguments[0]}: {done.stderr.strip() or 'failed'}")
-    return done.stdout.strip()
+        raise TreeError(f"git {arguments[0]}: {done.stderr.decode().strip() or 'failed'}")
+    return done.stdout

@@ -67,7 +67,7 @@ def test_names_are_run_in_their_order_and_once():
 @pytest.mark.process
 def test_a_smoke_of_a_real_benchmark_passes():
     """From the command line to the figures, without a table: they mean nothing."""
-    command = [sys.executable, "-m", "benchmarks", "halts", "--smoke"]
+    command = [sys.executable, "-m", "benchmarks", "goals", "--smoke"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
     assert "[1 of 1]" in done.stderr

@@ -27,7 +27,9 @@ def serve(
     play_with(WebServer(shown, options), scene)
 
 
-def play_with(server: Server, scene: Callable[[Server], Awaitable[None]]) -> None:
+def play_with(
+    server: Server, scene: Callable[[Server], Awaitable[None]], limit_s: float = 60
+) -> None:
     """Play a scene while a server serves."""
 
     async def play() -> None:
@@ -35,7 +37,7 @@ def play_with(server: Server, scene: Callable[[Server], Awaitable[None]]) -> Non
             is_over = False
             serving = asyncio.create_task(server.serve(lambda: is_over))
             try:
-                await asyncio.wait_for(scene(server), 60)
+                await asyncio.wait_for(scene(server), limit_s)
             finally:
                 is_over = True
                 await serving
