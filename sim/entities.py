@@ -237,7 +237,7 @@ class Entities:
         near = did_you_mean(name, self.names)
         raise UnknownEntityError(
             f"there is no '{name[:60]}'; there are {listed(self.names, most=10)}"
-            + (f"; did you mean '{near}'?" if near else "")
+            + (f"; {near}" if near else "")
         )
 
     def _name_of(self, robot: SimulatedRobot) -> str:
