@@ -9,12 +9,12 @@ import pytest
 from sim.physics.physics import compile_model
 from sim.physics.prop_bodies import bodies_of
 from sim.physics.prop_shapes import PropError
+from sim.physics.prop_shapes import shape as prop_shape
 from sim.physics.spawn import RobotSpawn
 from sim.sensors.camera import RaycastCamera
 from sim.sensors.imu import Imu
 from sim.simulation import Simulation
 from sim.world.loader import load_world
-from sim.world.shapes import Obstacle
 from tests.support.simulated import alone, two, wait
 
 PILLAR = {"name": "pillar", "x": 2.0, "y": 0.0, "radius": 0.15}
@@ -113,11 +113,8 @@ def test_what_mujoco_keeps_of_its_shape_is_as_if_compiled(
     built = compile_model(make_world(**{section: [fields]}), [RobotSpawn(waffle)])
     model = compile_model(make_world(), [RobotSpawn(waffle)], 2)
     names, bodies = bodies_of(model)
-    yaw = math.radians(shape.get("yaw_deg", 0.0))
-    sizes = {name: value for name, value in shape.items() if name != "yaw_deg"}
-    make = Obstacle.box if "size" in shape else Obstacle.cylinder
-    turned = {"yaw": yaw} if "size" in shape else {}
-    bodies.show(1, make("it", 1.0, 0.5, colour="red", **sizes, **turned))
+    yaw, size, radius, height = map(shape.get, ("yaw_deg", "size", "radius", "height"))
+    bodies.show(1, prop_shape("it", (1.0, 0.5, yaw or 0.0), size, radius, height or 0.5, "red"))
     made, geom = built.geom("obstacle/it").id, bodies.geoms[1]
     assert (names[geom], names[bodies.geoms[0]]) == ("it", "")
     for field in (

@@ -35,9 +35,10 @@ S = 1_000_000_000
 def test_one_reading_after_2_s_gives_pose_and_velocity(start, turned, pose, velocity):
     """Exactly, wherever the wheels stood at first; a reading of the same instant counts once."""
     odometry = Odometry(WAFFLE)
-    odometry.read(*start, S)
+    left, right = start
+    odometry.read(left, right, S)
     for _ in range(2):
-        odometry.read(*(first + angle for first, angle in zip(start, turned, strict=True)), 3 * S)
+        odometry.read(left + turned[0], right + turned[1], 3 * S)
         assert (odometry.x, odometry.y) == pytest.approx(pose[:2])
         assert abs(odometry.yaw) == pytest.approx(pose[2])
         assert (odometry.linear, odometry.angular) == pytest.approx(velocity)
