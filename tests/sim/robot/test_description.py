@@ -101,6 +101,8 @@ def test_what_has_a_mass_has_a_positive_one(robot: RobotModel) -> None:
     """Base and wheels; moments of inertia are positive, too, and of a body that can be."""
     bodies = parsed(robot).findall("link/inertial")
     assert len(bodies) == 3
+    base = part(parsed(robot), "link[@name='base_link']/inertial/origin")
+    assert numbers(base.get("xyz")) == pytest.approx(robot.base_centre_of_mass)
     for body in bodies:
         assert float(part(body, "mass").get("value", "0")) > 0
         inertia = part(body, "inertia")
