@@ -237,7 +237,7 @@ class Entities:
         near = did_you_mean(name, self.names)
         raise UnknownEntityError(
             f"there is no '{name[:60]}'; there are {listed(self.names, most=10)}"
-            + (f"; did you mean '{near}'?" if near else "")
+            + (f"; {near}" if near else "")
         )
 
     def _name_of(self, robot: SimulatedRobot) -> str:
@@ -252,12 +252,9 @@ class Entities:
         return name
 
     def _check_place(self, pose: Pose2D) -> None:
-        length, width = self._physics.world.size
-        if not (abs(pose.x) <= length / 2 and abs(pose.y) <= width / 2):
-            raise InvalidPoseError(
-                f"({pose.x:g}, {pose.y:g}) is not on the floor of {length:g} m x {width:g} m around"
-                " (0, 0)"
-            )
+        world = self._physics.world
+        if not world.has_floor_at(pose.x, pose.y):
+            raise InvalidPoseError(f"({pose.x:g}, {pose.y:g}) is not on {world.floor}")
 
     def _move_prop(self, prop: Prop, state: EntityState) -> None:
         vx, vy, turn = state.velocity

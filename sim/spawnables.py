@@ -96,7 +96,7 @@ def _text_of(uri: str) -> str:
         near = did_you_mean(what, SPAWNABLES)
         raise FormatError(
             f"unknown entity '{what}'; known are {listed(SPAWNABLES)}, with values such as"
-            f" {EXAMPLE}" + (f"; did you mean '{near}'?" if near else "")
+            f" {EXAMPLE}" + (f"; {near}" if near else "")
         )
     given = [unquote(parameter).partition("=") for parameter in query.split("&") if parameter]
     written = [f"{key}: {value}" for key, _, value in given]

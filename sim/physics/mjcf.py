@@ -526,5 +526,5 @@ def _names(model: mujoco.MjModel, kind: str) -> list[str]:
 def _no_such(kind: str, name: str, known: Sequence[str]) -> str:
     names = sorted(filter(None, known))
     near = did_you_mean(name, names)
-    text = f"the model has no {kind} '{name}' (it has: {listed(names) if names else 'none'})"
+    text = f"the model has no {kind} '{name}' (it has: {listed(names)})"
     return f"{text}; {near}" if near else text

@@ -262,7 +262,7 @@ class Props:
             for number in range(count := 6 * ring):
                 angle = 2 * math.pi * number / count
                 to_x, to_y = x + ring * RING * math.cos(angle), y + ring * RING * math.sin(angle)
-                if abs(to_x) <= length / 2 and abs(to_y) <= width / 2:
+                if self._physics.world.has_floor_at(to_x, to_y):
                     yield replace(obstacle, x=round(to_x, 6), y=round(to_y, 6))
 
     def relocate(self, prop: Prop, place: tuple[float, float, float]) -> None:
@@ -334,12 +334,9 @@ class Props:
 
     def check_floor(self, name: str, x: float, y: float) -> None:
         """Raise PropError for a place that is not on the floor."""
-        length, width = self._physics.world.size
-        if not (abs(x) <= length / 2 and abs(y) <= width / 2):
-            raise PropError(
-                f"prop '{name}': ({x:g}, {y:g}) is not on the floor of {length:g} m x {width:g} m"
-                " around (0, 0)"
-            )
+        world = self._physics.world
+        if not world.has_floor_at(x, y):
+            raise PropError(f"prop '{name}': ({x:g}, {y:g}) is not on {world.floor}")
 
     # ---- inside --------------------------------------------------------------------------
 

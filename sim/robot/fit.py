@@ -30,9 +30,9 @@ class SpawnError(BtMissionError):
 
 def off_floor(world: World, entrant: RobotSpawn, spawn: Spawn) -> SpawnError | None:
     """Return the error if a robot starts beside the floor of its world, or None."""
-    length, width = world.size
-    if abs(spawn.x) <= length / 2 and abs(spawn.y) <= width / 2:
+    if world.has_floor_at(spawn.x, spawn.y):
         return None
+    length, width = world.size
     return SpawnError(
         f"({spawn.x:g}, {spawn.y:g}) is outside the world '{world.name}', which is"
         f" {length:g} m by {width:g} m around (0, 0)",

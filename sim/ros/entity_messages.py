@@ -1,8 +1,9 @@
-"""Poses, states and volumes of entities in messages, both ways."""
+"""Poses, states, volumes and tags of entities in messages, both ways."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from bt_mission.core.geometry import Pose2D, set_planar, yaw_of
@@ -19,6 +20,9 @@ _LEVEL = 0.01
 """Metres above the floor, and radians of roll or pitch, that are ignored."""
 
 _ZEROS = (0.0, 0.0, 0.0, 0.0)
+
+_ALL = 1
+"""The mode of simulation_interfaces/TagsFilter in which all tags must be there."""
 
 
 def read_pose(pose: Any) -> Pose2D:
@@ -60,6 +64,14 @@ def rotated(velocity: tuple[float, float, float], yaw: float) -> tuple[float, fl
     """Return a velocity in the map that is given in a frame of that direction."""
     (vx, vy, turn), cos, sin = velocity, math.cos(yaw), math.sin(yaw)
     return vx * cos - vy * sin, vx * sin + vy * cos, turn
+
+
+def passes(wanted: Any, tags: Sequence[str]) -> bool:
+    """Return whether tags pass a TagsFilter: any of those asked for, or all of them."""
+    if not wanted.tags:
+        return True
+    matches = [tag in tags for tag in wanted.tags]
+    return all(matches) if wanted.filter_mode == _ALL else any(matches)
 
 
 def fill_pose(message: Any, pose: Pose2D) -> None:

@@ -22,7 +22,6 @@ from sim.ros import entity_messages
 from sim.ros.name_patterns import PatternError, matching
 from sim.ros.requests import Code, Feature, Offer, RefusedError, fill_result, offer
 from sim.ros.run_control import RunControl
-from sim.ros.tag_filters import passes
 from sim.spawnables import (
     SPAWNABLES,
     FormatError,
@@ -228,7 +227,11 @@ class EntityServices:
         if wanted:
             names = [name for name in names if entities.info(name).category in wanted]
         if filters.tags.tags:
-            names = [name for name in names if passes(filters.tags, entities.info(name).tags)]
+            names = [
+                name
+                for name in names
+                if entity_messages.passes(filters.tags, entities.info(name).tags)
+            ]
         if filters.bounds.type == entity_messages.EMPTY:
             return names
         if filters.bounds.type not in {entity_messages.BOX, entity_messages.SPHERE}:

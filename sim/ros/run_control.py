@@ -1,15 +1,15 @@
 """The state of the simulation: playing, paused, advanced by some steps, stopped, ended.
 
-Pure of ROS. The pacer of the simulation asks `RunControl` to advance, instead of the node.
+The pacer of the simulation asks `RunControl` to advance, instead of the node.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
-from typing import Protocol
 
 from sim.physics.names import STEP_NS
+from sim.ros.node import SimNode
 
 
 class RunState(IntEnum):
@@ -19,17 +19,6 @@ class RunState(IntEnum):
     PLAYING = 1
     PAUSED = 2
     QUITTING = 3
-
-
-class SteppedNode(Protocol):
-    """The simulation that is controlled: its time moves in steps of the physics."""
-
-    @property
-    def time_ns(self) -> int:
-        """The present instant of the physics, ns."""
-
-    def advance_to(self, time_ns: int) -> None:
-        """Step the physics up to `time_ns`, and publish what is due."""
 
 
 class StepRun:
@@ -64,7 +53,7 @@ class StepRun:
 class RunControl:
     """Lets a simulation run, pause, or advance by some steps. It runs at first."""
 
-    def __init__(self, node: SteppedNode) -> None:
+    def __init__(self, node: SimNode) -> None:
         self._node = node
         self._state = RunState.PLAYING
         self._steps: StepRun | None = None

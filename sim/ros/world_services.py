@@ -16,7 +16,6 @@ from bt_mission.core.geometry import Pose2D
 from sim.ros import entity_messages
 from sim.ros.requests import Code, Feature, Offer, RefusedError, fill_result, offer
 from sim.ros.run_control import RunControl
-from sim.ros.tag_filters import passes
 from sim.world.loader import load_world
 from sim.world.world import World
 
@@ -69,7 +68,7 @@ class WorldServices:
             for zone in self._world.zones
         ]
         for name, description, tags, x, y, yaw_deg in poses:
-            if passes(request.tags, tags):
+            if entity_messages.passes(request.tags, tags):
                 named_pose = msg.NamedPose(name=name, description=description, tags=tags)
                 entity_messages.fill_pose(named_pose.pose, Pose2D(x, y, math.radians(yaw_deg)))
                 response.poses.append(named_pose)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import array
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import mujoco
 import numpy as np
@@ -171,7 +171,7 @@ class CameraInfoSensor(Sensor):
     message = "sensor_msgs/msg/CameraInfo"
     frame = FRAME
     is_camera = True
-    breaks = NO_CAMERA_FAULTS
+    breaks: ClassVar[SensorFaults] = NO_CAMERA_FAULTS
 
     @classmethod
     @override
@@ -180,22 +180,18 @@ class CameraInfoSensor(Sensor):
 
     @override
     def constants(self) -> Mapping[str, Any]:
-        return pinhole(self.spec)
-
-
-def pinhole(spec: CameraSpec | DepthCameraSpec) -> Mapping[str, Any]:
-    """Return the calibration of a camera without distortion and with square pixels."""
-    focal = spec.width / (2 * math.tan(spec.hfov / 2))
-    cx, cy = spec.width / 2, spec.height / 2
-    return {
-        "width": spec.width,
-        "height": spec.height,
-        "distortion_model": "plumb_bob",
-        "d": [0.0] * 5,
-        "k": [focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
-        "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-        "p": [focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
-    }
+        spec = self.spec
+        focal = spec.width / (2 * math.tan(spec.hfov / 2))
+        cx, cy = spec.width / 2, spec.height / 2
+        return {
+            "width": spec.width,
+            "height": spec.height,
+            "distortion_model": "plumb_bob",
+            "d": [0.0] * 5,
+            "k": [focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
+            "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            "p": [focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        }
 
 
 def image(spec: CameraSpec | DepthCameraSpec, encoding: str, pixel_bytes: int) -> Mapping[str, Any]:

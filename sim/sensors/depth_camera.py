@@ -11,9 +11,10 @@ import numpy.typing as npt
 from typing_extensions import override
 
 from bt_mission.core.robot.model import RobotModel
+from sim.faults import SensorFaults
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
-from sim.sensors.camera import OPTICAL, image, pinhole
+from sim.sensors.camera import OPTICAL, CameraInfoSensor, image
 from sim.sensors.noise import PictureNoise
 from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
@@ -22,23 +23,13 @@ FRAME = "camera_depth_frame"
 OPTICAL_FRAME = "camera_depth_optical_frame"
 
 
-class DepthInfoSensor(Sensor):
+class DepthInfoSensor(CameraInfoSensor):
     """The calibration of a depth camera: a pinhole without distortion, square pixels."""
 
     name = "depth_camera"
     topic = "camera/depth/camera_info"
-    message = "sensor_msgs/msg/CameraInfo"
     frame = OPTICAL_FRAME
-    is_camera = True
-
-    @classmethod
-    @override
-    def frames(cls, robot: RobotModel) -> list[FramePose]:
-        return []
-
-    @override
-    def constants(self) -> Mapping[str, Any]:
-        return pinhole(self.spec)
+    breaks = SensorFaults()
 
 
 class DepthCameraSensor(Sensor):

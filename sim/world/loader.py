@@ -102,14 +102,14 @@ def _names(world: World) -> Iterator[WorldProblem]:
 def _places(world: World) -> Iterator[WorldProblem]:
     for placed in world.placed:
         obstacle = placed.obstacle
-        if not _on_floor(world, obstacle.x, obstacle.y):
+        if not world.has_floor_at(obstacle.x, obstacle.y):
             yield WorldProblem(
                 "BT-801",
                 placed.path,
                 f"'{obstacle.name}' stands {_beside(world, obstacle.x, obstacle.y)}",
             )
         for x, y in obstacle.motion.reach if obstacle.motion else ():
-            if not _on_floor(world, x, y):
+            if not world.has_floor_at(x, y):
                 where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
                 yield WorldProblem("BT-801", (*placed.path, "motion"), where)
                 break
@@ -119,12 +119,12 @@ def _places(world: World) -> Iterator[WorldProblem]:
         for section, marks in lying.items()
         for index, mark in enumerate(marks)
     ):
-        if not _on_floor(world, mark.x, mark.y):
+        if not world.has_floor_at(mark.x, mark.y):
             where = f"'{mark.name}' lies {_beside(world, mark.x, mark.y)}"
             yield WorldProblem("BT-801", (section, index), where)
     for index, zone in enumerate(world.zones):
         path = ("zones", index)
-        if not _on_floor(world, zone.x, zone.y):
+        if not world.has_floor_at(zone.x, zone.y):
             yield WorldProblem(
                 "BT-801", path, f"zone '{zone.name}' lies {_beside(world, zone.x, zone.y)}"
             )
@@ -136,7 +136,7 @@ def _places(world: World) -> Iterator[WorldProblem]:
 
 def _spawn(world: World) -> Iterator[WorldProblem]:
     spawn = world.spawn
-    if not _on_floor(world, spawn.x, spawn.y):
+    if not world.has_floor_at(spawn.x, spawn.y):
         yield WorldProblem(
             "BT-801", ("spawn",), f"the spawn lies {_beside(world, spawn.x, spawn.y)}"
         )
@@ -153,10 +153,5 @@ def _obstacle_at(world: World, x: float, y: float) -> Obstacle | None:
     return next((o for o in world.obstacles if o.distance(x, y) <= 0), None)
 
 
-def _on_floor(world: World, x: float, y: float) -> bool:
-    return abs(x) <= world.size[0] / 2 and abs(y) <= world.size[1] / 2
-
-
 def _beside(world: World, x: float, y: float) -> str:
-    length, width = world.size
-    return f"at ({x:g}, {y:g}), outside of the floor of {length:g} m x {width:g} m around (0, 0)"
+    return f"at ({x:g}, {y:g}), outside of {world.floor}"

@@ -249,6 +249,16 @@ class World(WorldPart):
     slippery: Annotated[tuple[SlipperyPatch, ...], Field(max_length=200)] = ()
     objects: Annotated[tuple[LooseBox, ...], Field(max_length=50)] = ()
 
+    def has_floor_at(self, x: float, y: float) -> bool:
+        """Return whether a place (m) is on the floor."""
+        return abs(x) <= self.size[0] / 2 and abs(y) <= self.size[1] / 2
+
+    @property
+    def floor(self) -> str:
+        """The floor in words."""
+        length, width = self.size
+        return f"the floor of {length:g} m x {width:g} m around (0, 0)"
+
     @cached_property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """Everything that a robot can run into, in the order of the file, each with its name."""

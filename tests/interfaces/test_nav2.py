@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
 
-import nav2_msgs
 import pytest
 
 from tests.support.served import SERVED
@@ -77,44 +75,6 @@ def test_declared_codes_are_published_ones_of_the_action_or_of_what_navigation_p
     for name, served in NAV2.items():
         assert set(served.action.codes) <= values[name]
         assert bool(served.action.codes) == (name != "wait")
-
-
-@pytest.mark.parametrize(
-    ("action", "expected"),
-    [
-        # What Nav2's own files give; 1.3.0 to 1.3.13 are the same.
-        (
-            "NavigateToPose",
-            "RIHS01_a56dba8a3234a1215e610180dc703ae25bbf406dded8b54887891c9732857eab",
-        ),
-        (
-            "FollowWaypoints",
-            "RIHS01_09e36a19e0374ab692e78b877e3345daa223ca4186b8af90f77939b78c6e6d7b",
-        ),
-        (
-            "Spin",
-            "RIHS01_9fc4653cfb2982465e9ca4e2710f0532de8f6dce77d6a6eada55e4e22273b55c",
-        ),
-        (
-            "BackUp",
-            "RIHS01_28d3ef6f5c43fdb860f960f4be61825e80d3c6fd54a12af77005eb477ad60d50",
-        ),
-        (
-            "DriveOnHeading",
-            "RIHS01_9eca8a3505f973b994ac18f4aaf76c0c4563cc7cde1ce7384be2f70e53479c11",
-        ),
-        (
-            "Wait",
-            "RIHS01_0c5d418b19d8d009bb5bce6dca27687d9d43659016a70dc08307e38a032af2c3",
-        ),
-    ],
-)
-def test_the_type_hash_is_that_of_jazzy(action: str, expected: str) -> None:
-    """A Jazzy Nav2 takes our goals for its own: the whole action's hash is the same."""
-    prefix = Path(nav2_msgs.__file__).parents[4]
-    text = (prefix / f"share/nav2_msgs/action/{action}.json").read_text(encoding="utf-8")
-    hashes = {row["type_name"]: row["hash_string"] for row in json.loads(text)["type_hashes"]}
-    assert hashes[f"nav2_msgs/action/{action}"] == expected
 
 
 MISSION = """\

@@ -1,12 +1,15 @@
 """The generated types: exact fields, codes and hashes, which are what goes over the wire."""
 
 import importlib
+import json
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
+from py_trees_ros_interfaces.msg import Behaviour
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
@@ -104,6 +107,51 @@ def test_every_action_has_type_support(action):
     for part in (action.Goal, action.Result, action.Feedback, action.Impl.FeedbackMessage):
         check_for_type_support(part)
         assert part.__class__._TYPE_SUPPORT is not None
+
+
+HASHES = dict(
+    line.split()
+    for line in Path(__file__).with_name("published_hashes.txt").read_text("utf-8").splitlines()
+    if not line.startswith("#")
+)
+
+
+def built(package: str) -> Path:
+    """The folder with the descriptions of a package's types."""
+    prefix = Path(importlib.import_module(package).__file__ or "").parents[4]
+    return prefix / "share" / package
+
+
+@pytest.mark.parametrize("name", HASHES)
+def test_a_type_has_the_hash_of_the_published_one(name):
+    """Else Nav2, a tree watcher or a tool for simulators would not find our nodes."""
+    package, _, path = name.partition("/")
+    text = (built(package) / f"{path}.json").read_text(encoding="utf-8")
+    hashes = {row["type_name"]: row["hash_string"] for row in json.loads(text)["type_hashes"]}
+    assert hashes[name] == f"RIHS01_{HASHES[name]}"
+
+
+def test_simulation_interfaces_has_no_other_type():
+    """The package has what the published one has, and nothing else."""
+    share = built("simulation_interfaces")
+    names = {
+        path.relative_to(share.parent).with_suffix("").as_posix()
+        for kind in PARTS
+        for path in (share / kind).glob("*.json")
+    }
+    assert names == {name for name in HASHES if name.startswith("simulation_interfaces/")}
+
+
+def test_snapshots_have_the_codes_of_py_trees_ros():
+    """Statuses and types are numbers there; the words of access are strings."""
+    statuses = ("INVALID", "RUNNING", "SUCCESS", "FAILURE")
+    assert [getattr(Behaviour, name) for name in statuses] == [1, 2, 3, 4]
+    types = ("UNKNOWN_TYPE", "BEHAVIOUR", "SEQUENCE", "SELECTOR", "PARALLEL", "CHOOSER")
+    assert [getattr(Behaviour, name) for name in (*types, "DECORATOR")] == [*range(7)]
+    levels = ("DETAIL", "COMPONENT", "BIG_PICTURE", "NOT_A_BLACKBOX")
+    assert [getattr(Behaviour, f"BLACKBOX_LEVEL_{name}") for name in levels] == [1, 2, 3, 4]
+    access = ("READ", "WRITE", "EXCLUSIVE_WRITE")
+    assert [getattr(Behaviour, f"BLACKBOARD_ACCESS_{name}") for name in access] == ["r", "w", "x"]
 
 
 def test_tf_message_goes_out_under_the_type_hash_of_jazzy(rig):

@@ -14,11 +14,14 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.robot.model import RobotModel, SensorsModel, load_robot
+from sim.physics.physics import Physics
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
 from sim.ros.sensor_topics import message_type
+from sim.sensors.camera import Camera
+from sim.sensors.canvas import NoCameraError
 from sim.sensors.kinds import SENSORS
 from sim.world.world import World
 from tests.support.rig import Rig
@@ -69,6 +72,21 @@ def simulate(waffle, make_world):
 
 
 @pytest.fixture
+def equipped(waffle, make_world):
+    """Makes a simulation of a Waffle whose sensors have these options, between two walls."""
+    between = [
+        {"from": [5, -6], "to": [5, 6], "thickness": 0.2},
+        {"from": [-6, 1], "to": [6, 1], "thickness": 0.2},
+    ]
+
+    def equipped(seed: int = 1, walls: object = between, **options: object) -> SimulatedRobot:
+        robot = waffle.with_sensors(SensorsModel.model_validate(options))
+        return alone(make_world(walls=walls), robot, seed=seed)
+
+    return equipped
+
+
+@pytest.fixture
 def drive():
     """Drives at a velocity, commanded at 20 Hz, for some seconds; odometry is read as often."""
 
@@ -81,6 +99,23 @@ def drive():
             robot.read_odometry()
 
     return drive
+
+
+@pytest.fixture
+def render(waffle):
+    """Makes cameras that render, a Waffle's unless told otherwise; skips where there is no EGL."""
+    made: list[Camera] = []
+
+    def make(physics: Physics, spec: Any = waffle.camera, prefix: str = "") -> Camera:
+        try:
+            made.append(Camera(physics.model, spec, prefix))
+        except NoCameraError as error:
+            pytest.skip(str(error))
+        return made[-1]
+
+    yield make
+    for camera in made:
+        camera.close()
 
 
 class Stage(Rig):
@@ -105,14 +140,11 @@ class Stage(Rig):
 
     def listen(self, topic: str) -> None:
         """Keep what comes on a topic from now on."""
+        reliability, durability = ReliabilityPolicy, DurabilityPolicy
         qos = QoSProfile(
             depth=100,
-            reliability=ReliabilityPolicy.BEST_EFFORT
-            if topic == "scan"
-            else ReliabilityPolicy.RELIABLE,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL
-            if topic in LATCHED
-            else DurabilityPolicy.VOLATILE,
+            reliability=reliability.BEST_EFFORT if topic == "scan" else reliability.RELIABLE,
+            durability=durability.TRANSIENT_LOCAL if topic in LATCHED else durability.VOLATILE,
         )
         self.ear.create_subscription(
             TOPICS[topic], topic, lambda message: self.received.append((topic, message)), qos

@@ -7,18 +7,18 @@ import pytest
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
+from std_srvs.srv import Trigger
 
 from bt_mission.core.robot.model import load_robot
-from sim.physics.spawn import RobotSpawn
+from sim.physics.spawn import MOST, RobotSpawn, RobotSpawnError, check, read
 from sim.robot.fit import SpawnError
-from sim.sensors.camera import Camera
-from sim.sensors.canvas import NoCameraError
 from sim.sensors.imu import Imu
 from sim.simulation import Simulation
 from sim.world.world import Spawn
-from tests.support.simulated import alone
+from tests.support.simulated import alone, two
 
 S, MS = 1_000_000_000, 1_000_000
+OF_EACH = ("motor_power", "reset_odometry")
 
 
 @pytest.fixture
@@ -59,14 +59,12 @@ def test_each_goes_its_own_way(pair):
     assert fleet["two"].odometry.x == pytest.approx(0, abs=0.01)
 
 
-def test_a_robot_drives_in_company_as_it_does_alone(pair, waffle, make_world):
+def test_a_robot_drives_in_company_as_it_does_alone(pair, waffle, make_world, drive):
     """To a hundredth of a millimetre, as long as they do not touch."""
     fleet = pair(gap=10.0)
     single = alone(make_world(spawn={"x": -5.0}), waffle, seed=1)
     run(fleet, 3.0, one=(0.2, 0.3), two=(0.1, -0.8))
-    for _ in range(60):
-        single.command(0.2, 0.3)
-        single.physics.advance_to(single.physics.time_ns + 50 * MS)
+    drive(single, 3.0, 0.2, 0.3)
     assert fleet["one"].pose == pytest.approx(single.pose, abs=1e-5)
 
 
@@ -111,16 +109,12 @@ def test_a_screen_is_seen_out_to_its_corners(pair):
 
 
 @pytest.mark.egl
-def test_a_camera_sees_the_other_and_not_its_own_screen(pair, waffle):
+def test_a_camera_sees_the_other_and_not_its_own_screen(pair, waffle, render):
     """The other's is in the middle, in its colour; its own, around the lens, is not there."""
     fleet = pair()
-    try:
-        camera = Camera(fleet.physics.model, waffle.camera, "one/")
-    except NoCameraError as error:
-        pytest.skip(str(error))
+    camera = render(fleet.physics, waffle.camera, "one/")
     picture = np.zeros((240, 320, 3), dtype=np.uint8)
     camera.draw(fleet.physics.data, picture)
-    camera.close()
     red, green, blue = picture[125, 160].astype(int)
     assert red > green + 40
     assert green > blue
@@ -131,11 +125,12 @@ def test_noise_depends_on_the_name_and_not_on_the_company(pair, waffle, make_wor
     """With or without the other, robot one reads the same."""
     walls = [{"from": [-3, -9], "to": [-3, 9]}]
     fleet = pair(walls=walls)
-    alone = Simulation(make_world(walls=walls), [RobotSpawn(waffle, "one", Spawn(x=-1))], seed=1)
-    assert fleet["one"].scan(3)[180] == alone["one"].scan(3)[180]
-    assert fleet["one"].sensor(Imu).measure(3).angular_velocity == pytest.approx(
-        alone["one"].sensor(Imu).measure(3).angular_velocity, abs=1e-9
+    single = Simulation(make_world(walls=walls), [RobotSpawn(waffle, "one", Spawn(x=-1))], seed=1)
+    assert fleet["one"].scan(3)[180] == single["one"].scan(3)[180]
+    turning, expected = (
+        robots["one"].sensor(Imu).measure(3).angular_velocity for robots in (fleet, single)
     )
+    assert turning == pytest.approx(expected, abs=1e-9)
 
 
 def test_one_without_power_leaves_the_other_its_own(pair):
@@ -156,29 +151,22 @@ def test_two_at_one_place_are_refused(waffle, make_world):
 
 def test_a_node_serves_them_under_their_names(make_stage, make_world, waffle):
     """Topics and services of each below its name, one clock, one reset."""
-    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
-    here = make_stage(make_world(), robots=entrants)
+    here = make_stage(make_world(), robots=two(waffle))
     topics = {publisher.topic_name for publisher in here.sim.publishers}
     for name in ("one", "two"):
-        assert {
-            f"/{name}/{topic}" for topic in ("scan", "odom", "tf", "map", "camera/image_raw")
-        } <= (topics)
+        for topic in ("scan", "odom", "tf", "map", "camera/image_raw"):
+            assert f"/{name}/{topic}" in topics
     assert "/clock" in topics
     assert "/scan" not in topics
-    services = {service.srv_name for service in here.sim.services}
-    assert services == {
-        "reset_simulation",
-        "one/motor_power",
-        "one/reset_odometry",
-        "two/motor_power",
-        "two/reset_odometry",
+    own = {
+        f"{name}/{what}" for name in ("one", "two") for what in ("motor_power", "reset_odometry")
     }
+    assert {service.srv_name for service in here.sim.services} == {"reset_simulation"} | own
 
 
 def test_a_command_reaches_the_robot_of_its_namespace(make_stage, make_world, waffle):
-    """And its odometry comes back there, in frames without a prefix."""
-    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
-    here = make_stage(make_world(), robots=entrants)
+    """And its odometry comes back there, in frames without a prefix; a reset is one for all."""
+    here = make_stage(make_world(), robots=two(waffle))
     messages: list[Odometry] = []
     here.ear.create_subscription(Odometry, "two/odom", messages.append, QoSProfile(depth=10))
     commands = here.ear.create_publisher(TwistStamped, "two/cmd_vel", 10)
@@ -193,3 +181,49 @@ def test_a_command_reaches_the_robot_of_its_namespace(make_stage, make_world, wa
     first, second = here.sim.robots
     assert math.dist(first.pose[:2], (-1, 0)) < 1e-4
     assert second.pose[0] > 1.015
+    here.ear.create_client(Trigger, "reset_simulation").call_async(Trigger.Request())
+    here.clock.run_until_quiet()
+    assert (first.pose[0], second.pose[0]) == pytest.approx((-1, 1), abs=1e-5)
+
+
+# ---- their names -------------------------------------------------------------------------
+
+
+def test_a_robot_alone_needs_no_name(waffle):
+    """Its parts and topics have no prefix."""
+    check([RobotSpawn(waffle)])
+    assert RobotSpawn(waffle).prefix == ""
+    assert RobotSpawn(waffle, "robot1").prefix == "robot1/"
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ([], "expected 1 to 16 robots in a world, got 0"),
+        (["", "b"], "expected a name of small letters"),
+        (["a", "B-2"], "got 'B-2'"),
+        (["a", "a"], "two robots are named 'a'"),
+        ([f"r{n}" for n in range(MOST + 1)], "got 17"),
+    ],
+)
+def test_several_have_a_name_each(waffle, names, words):
+    """The message says which is wrong."""
+    with pytest.raises(RobotSpawnError, match=words):
+        check([RobotSpawn(waffle, name) for name in names])
+
+
+def test_one_is_read_from_a_word():
+    """Name, model and place; the yaw or the place may be left out."""
+    full = read("one=waffle@-1,0.5,90")
+    assert (full.name, full.robot.name, full.spawn) == ("one", "waffle", Spawn(x=-1, y=0.5, yaw=90))
+    assert read("two=burger@1,2").spawn == Spawn(x=1, y=2)
+    assert read("two=burger").spawn is None
+
+
+@pytest.mark.parametrize(
+    "text", ["waffle", "one=", "one=waffle@", "one=waffle@1", "one=waffle@1,2,3,4", "a=waffle@x,y"]
+)
+def test_a_word_that_is_none_is_told_what_was_expected(text):
+    """With an example."""
+    with pytest.raises(RobotSpawnError, match=r"such as one=waffle@-1,0,90, got"):
+        read(text)

@@ -8,9 +8,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from bt_mission.core.robot.model import BatteryModel, SensorsModel
 from bt_mission.core.stamps import set_ns
-from sim.physics.spawn import RobotSpawn
 from sim.world.loader import load_world
-from sim.world.world import Spawn
 
 S, MS = 1_000_000_000, 1_000_000
 
@@ -39,7 +37,7 @@ def drive(here, from_ns: int, seconds: float, linear: float, angular: float = 0.
 def test_without_power_the_base_rolls_to_rest_and_commands_are_ignored(
     make_stage, make_world, call
 ):
-    """It needs some millimetres: the gears hold it back, no servo does."""
+    """It needs some millimetres: the gears hold it back. With power, it waits for a new command."""
     here = make_stage(make_world(), "motors_on")
     here.run(1 * S)
     drive(here, 1 * S, 1.0, 0.2)
@@ -51,22 +49,25 @@ def test_without_power_the_base_rolls_to_rest_and_commands_are_ignored(
     assert simulation.velocity[0] == pytest.approx(0, abs=1e-4)
     assert 0.001 < simulation.pose[0] - before < 0.02
     assert simulation.commanded == (0.0, 0.0)
-    assert [message.data for message in here.messages("motors_on")] == [True, False]
-
-
-def test_with_power_again_it_waits_for_a_new_command(make_stage, make_world, call):
-    """What was commanded before is forgotten."""
-    here = make_stage(make_world(), "motors_on")
-    here.run(1 * S)
-    drive(here, 1 * S, 0.5, 0.2)
-    call(here, SetBool, "motor_power", data=False)
+    here.command(0.2)
     call(here, SetBool, "motor_power", data=True)
-    here.run(1 * S + 900 * MS)
-    simulation = here.sim.robots[0]
+    here.run(3 * S + 150 * MS)
     assert simulation.commanded == (0.0, 0.0)
-    drive(here, 1 * S + 900 * MS, 0.5, 0.2)
+    drive(here, 3 * S + 150 * MS, 0.5, 0.2)
     assert simulation.velocity[0] == pytest.approx(0.2, abs=1e-3)
     assert [message.data for message in here.messages("motors_on")] == [True, False, True]
+
+
+def test_off_and_on_at_one_instant_a_command_is_forgotten(make_stage, make_world, call):
+    """It waits for a new one."""
+    here = make_stage(make_world())
+    here.run(1 * S)
+    drive(here, 1 * S, 0.5, 0.2)
+    for on in (False, True):
+        call(here, SetBool, "motor_power", data=on)
+    assert here.sim.robots[0].commanded == (0.0, 0.0)
+    here.run(1 * S + 650 * MS)
+    assert here.sim.robots[0].commanded == (0.0, 0.0)
 
 
 def test_an_empty_battery_takes_the_motors_power(make_stage, make_world, waffle, call):
@@ -106,11 +107,9 @@ def test_reset_odometry_reckons_from_here(make_stage, make_world, call):
     x, y, _ = here.sim.robots[0].pose
     assert call(here, Trigger, "reset_odometry").success
     here.run(3 * S + 50 * MS)
-    odom, truth = here.messages("odom")[-1].pose.pose, here.messages("ground_truth/odom")[-1]
-    assert (odom.position.x, odom.position.y) == pytest.approx((0, 0), abs=0.02)
-    assert (truth.pose.pose.position.x, truth.pose.pose.position.y) == pytest.approx(
-        (x, y), abs=0.02
-    )
+    for topic, place in (("odom", (0, 0)), ("ground_truth/odom", (x, y))):
+        position = here.messages(topic)[-1].pose.pose.position
+        assert (position.x, position.y) == pytest.approx(place, abs=0.02)
     to_odom = here.messages("tf")[-1].transforms[0].transform.translation
     assert (to_odom.x, to_odom.y) == pytest.approx((x, y), abs=1e-3)
 
@@ -126,12 +125,9 @@ def as_text(message: Any) -> str:
 
 def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
     """Every message, bit for bit: what moves, noise, slip, battery; only the clock goes on."""
-    options = SensorsModel.model_validate(
-        {"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}}
-    )
-    here = make_stage(
-        load_world("dqn_stage3"), *TOLD, "/clock", robot=waffle.with_sensors(options), seed=3
-    )
+    options = {"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}}
+    robot = waffle.with_sensors(SensorsModel.model_validate(options))
+    here = make_stage(load_world("dqn_stage3"), *TOLD, "/clock", robot=robot, seed=3)
 
     def run(from_ns: int) -> list[tuple[str, str]]:
         here.run(from_ns)
@@ -165,24 +161,6 @@ def test_reset_simulation_gives_power_back(make_stage, make_world, call):
     assert here.sim.robots[0].battery.charge == pytest.approx(1.0, abs=1e-5)
     assert here.sim.robots[0].distance_travelled == pytest.approx(travelled, abs=0.01)
     assert [message.data for message in here.messages("motors_on")] == [True, False, True]
-
-
-def test_a_reset_in_company_is_one_for_all(make_stage, make_world, waffle, call):
-    """Each robot is where it started."""
-    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
-    here = make_stage(make_world(), robots=entrants)
-    commands = here.ear.create_publisher(TwistStamped, "one/cmd_vel", 10)
-    here.run(1 * S)
-    message = TwistStamped()
-    message.twist.linear.x = 0.2
-    commands.publish(message)
-    here.clock.run_until_quiet()
-    here.run(2 * S)
-    first, second = here.sim.robots
-    assert first.pose[0] > -0.97
-    call(here, Trigger, "reset_simulation")
-    assert first.pose[0] == pytest.approx(-1, abs=1e-5)
-    assert second.pose[0] == pytest.approx(1, abs=1e-5)
 
 
 @pytest.mark.parametrize(("sent_ms", "held_ms"), [(0, 200), (-50, 150), (-200, 0), (50_000, 200)])

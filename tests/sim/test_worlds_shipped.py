@@ -13,22 +13,19 @@ from sim.world.loader import load_world, unseen
 from sim.world.world import World
 from tests.support.simulated import alone
 
-SHIPPED = [
-    "coloured_pillars",
-    "dqn_stage1",
-    "dqn_stage2",
-    "dqn_stage3",
-    "dqn_stage4",
-    "empty_arena",
-    "explore_arena",
-    "fetch_arena",
-    "fig_of_eight",
-    "nav_arena",
-    "obstacle_avoidance",
-    "turtlebot3_house",
-    "turtlebot3_world",
-    "wide_arena",
-]
+ARENAS = {
+    "empty_arena": 3.84,
+    "explore_arena": 3.84,
+    "obstacle_avoidance": 3.84,
+    "fig_of_eight": 3.84,
+    "dqn_stage1": 4.70,
+    "coloured_pillars": 4.8,
+    "nav_arena": 4.8,
+}
+"""The published distances between opposite walls, m."""
+
+OTHERS = {"fetch_arena", "wide_arena", "turtlebot3_house", "turtlebot3_world"}
+SHIPPED = sorted({*ARENAS, *OTHERS, "dqn_stage2", "dqn_stage3", "dqn_stage4"})
 LOW = {"explore_arena", "fig_of_eight", "obstacle_avoidance"}
 """The course's arena with walls of 0.16 m, over which a Burger looks."""
 
@@ -51,25 +48,13 @@ def test_both_robots_fit_at_every_spawn(name, robot):
     assert simulation.pose == pytest.approx((spawn.x, spawn.y, math.radians(spawn.yaw)), abs=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("name", "inside"),
-    [
-        ("empty_arena", 3.84),
-        ("explore_arena", 3.84),
-        ("obstacle_avoidance", 3.84),
-        ("fig_of_eight", 3.84),
-        ("dqn_stage1", 4.70),
-        ("coloured_pillars", 4.8),
-        ("nav_arena", 4.8),
-    ],
-)
+@pytest.mark.parametrize(("name", "inside"), ARENAS.items())
 def test_arenas_are_as_wide_as_published(name, inside):
     """Between opposite walls lies the published distance."""
     walls = load_world(name).obstacles[:4]
     for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-        assert min(wall.distance(x * inside / 2, y * inside / 2) for wall in walls) == (
-            pytest.approx(0, abs=1e-9)
-        )
+        nearest = min(wall.distance(x * inside / 2, y * inside / 2) for wall in walls)
+        assert nearest == pytest.approx(0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -86,26 +71,73 @@ def test_every_obstacle_is_high_enough_for_the_lidar(name, robot):
     assert min(obstacle.height for obstacle in world.obstacles) > height + 0.02
 
 
-def test_stage_4_adds_seven_walls_and_two_cylinders_to_stage_1():
-    """The outer walls are the same; inner walls are 1 m long, cylinders 0.12 m in radius."""
-    stage1, stage4 = load_world("dqn_stage1"), load_world("dqn_stage4")
-    assert stage4.walls[:4] == stage1.walls
-    assert [o.size for o in stage4.obstacles[4:11]] == [(1, 0.15, 0.5)] * 7
-    assert [(o.radius, o.height) for o in stage4.obstacles[11:]] == [(0.12, 0.25)] * 2
+CORNERS = [(x, y) for x in (1, -1) for y in (1, -1)]
+GRID = [(x, y) for x in (-1.1, 0, 1.1) for y in (-1.1, 0, 1.1)]
+PILLARS = [("turquoise", -1, -1), ("green", -1, 1), ("blue", 1, 1), ("red", 1, -1)]
+BEACONS = [("green", 1.8, 1.8), ("yellow", 1.17, -0.7), ("blue", -0.91, 1.29)]
 
 
-def test_stages_2_and_3_add_four_cylinders_which_circle_in_stage_3():
-    """At the corners of a square of 2 m; in stage 3 they come round in 80 s."""
-    stage1, stage2, stage3 = (load_world(f"dqn_stage{n}") for n in (1, 2, 3))
-    for stage in (stage2, stage3):
-        assert stage.walls == stage1.walls
-        assert {(c.x, c.y, c.radius) for c in stage.cylinders} == {
-            (x, y, 0.15) for x in (1, -1) for y in (1, -1)
-        }
+@pytest.mark.parametrize(
+    ("name", "radius", "cylinders"),
+    [
+        ("explore_arena", 0.1, [*BEACONS, ("red", -0.655, -1.13)]),
+        ("obstacle_avoidance", 0.1, [(0, 0.78), (0, -0.78), (0.78, 0), (-0.78, 0)]),
+        ("fig_of_eight", 0.1, [("blue", 0, -0.5), ("red", 0, 0.5)]),
+        ("turtlebot3_world", 0.15, GRID),
+        ("coloured_pillars", 0.15, PILLARS),
+        ("dqn_stage2", 0.15, CORNERS),
+        ("dqn_stage3", 0.15, CORNERS),
+    ],
+)
+def test_cylinders_stand_where_they_are_published(name, radius, cylinders):
+    """Beacons, columns and pillars, with their colours if these are published; m."""
+    placed = [(c.colour, c.x, c.y)[3 - len(cylinders[0]) :] for c in load_world(name).cylinders]
+    assert sorted(placed) == sorted(cylinders)
+    assert {c.radius for c in load_world(name).cylinders} == {radius}
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes"),
+    [
+        ("explore_arena", [(0.88, 0.01, 0.18)] * 7 + [(0.44, 0.01, 0.18)] * 9),
+        ("obstacle_avoidance", [(0.44, 0.01, 0.18)] * 8),
+        ("nav_arena", [(1.05, 0.03, 0.25)] * 8),
+        ("dqn_stage4", [(1, 0.15, 0.5)] * 7),
+    ],
+)
+def test_inner_walls_have_the_published_sizes(name, sizes):
+    """Length, thickness and height, m; the four outer walls are the first."""
+    world = load_world(name)
+    assert [wall.size for wall in world.obstacles[4 : len(world.walls)]] == sizes
+    if name in LOW:
+        assert [wall.size for wall in world.obstacles[:4]] == [(4, 0.08, 0.16)] * 4
+
+
+@pytest.mark.parametrize(
+    ("name", "spawn"),
+    [
+        ("explore_arena", (-1.42, -0.5, 0)),
+        ("nav_arena", (0.5, -0.04, 0)),
+        ("turtlebot3_house", (-2.0, -0.5, 0)),
+        ("turtlebot3_world", (-2.0, -0.5, 0)),
+    ],
+)
+def test_robots_start_where_it_is_published(name, spawn):
+    """Metres and degrees; in the last two, as in the tutorials."""
+    start = load_world(name).spawn
+    assert (start.x, start.y, start.yaw) == spawn
+
+
+def test_stages_2_to_4_add_to_stage_1_what_stands_or_moves():
+    """In stage 3 the four cylinders of stage 2 come round in 80 s; stage 4 has two others."""
+    stage1, stage2, stage3, stage4 = (load_world(f"dqn_stage{n}") for n in (1, 2, 3, 4))
+    assert stage2.walls == stage3.walls == stage4.walls[:4] == stage1.walls
     assert stage2.moving == ()
+    assert len(stage3.moving) == 4
     for pillar in stage3.moving:
         assert pillar.motion is not None
         assert pillar.motion.at(40.0)[:2] == pytest.approx((-pillar.x, -pillar.y))
+    assert [(o.radius, o.height) for o in stage4.obstacles[11:]] == [(0.12, 0.25)] * 2
 
 
 def test_what_moves_in_stage_4_goes_at_a_tenth_of_a_metre_a_second_and_far_from_the_spawn():
@@ -122,72 +154,13 @@ def test_what_moves_in_stage_4_goes_at_a_tenth_of_a_metre_a_second_and_far_from_
             assert min(wall.distance(x, y) for wall in still) > pillar.radius + 0.05
 
 
-def test_explore_arena_has_the_published_walls_beacons_and_spawn():
-    """Seven walls of 0.88 m and nine of 0.44 m, 0.18 m high, and four beacons."""
-    world = load_world("explore_arena")
-    assert [o.size for o in world.obstacles[:4]] == [(4, 0.08, 0.16)] * 4
-    assert [o.size for o in world.obstacles[4:20]] == (
-        [(0.88, 0.01, 0.18)] * 7 + [(0.44, 0.01, 0.18)] * 9
-    )
-    assert {(b.colour, b.x, b.y, b.radius, b.height) for b in world.cylinders} == {
-        ("green", 1.8, 1.8, 0.1, 0.25),
-        ("yellow", 1.17, -0.7, 0.1, 0.25),
-        ("blue", -0.91, 1.29, 0.1, 0.25),
-        ("red", -0.655, -1.13, 0.1, 0.25),
-    }
-    assert (world.spawn.x, world.spawn.y, world.spawn.yaw) == (-1.42, -0.5, 0)
-
-
-def test_obstacle_avoidance_and_figure_of_eight_have_the_published_beacons():
-    """Eight short walls and four beacons; two beacons 1 m apart."""
-    avoidance, eight = load_world("obstacle_avoidance"), load_world("fig_of_eight")
-    assert [o.size for o in avoidance.obstacles[4:12]] == [(0.44, 0.01, 0.18)] * 8
-    assert {(b.x, b.y) for b in avoidance.cylinders} == {
-        (0, 0.78),
-        (0, -0.78),
-        (0.78, 0),
-        (-0.78, 0),
-    }
-    assert {(b.colour, b.x, b.y) for b in eight.cylinders} == {("blue", 0, -0.5), ("red", 0, 0.5)}
-
-
-def test_the_house_has_the_published_walls_and_spawn():
-    """0.15 m thick, 2.5 m high, 15 m x 10.6 m over all; a robot starts at (-2, -0.5)."""
+def test_the_house_has_the_published_walls():
+    """0.15 m thick, 2.5 m high, 15 m x 10.6 m over all."""
     world = load_world("turtlebot3_house")
     walls = world.obstacles[: len(world.walls)]
     assert {wall.size[1:] for wall in walls} == {(0.15, 2.5)}
     for x, y in ((7.5, 0), (-7.5, 0), (0, 5.3), (0, -5.3)):
         assert min(wall.distance(x, y) for wall in walls) == pytest.approx(0, abs=1e-9)
-    assert (world.spawn.x, world.spawn.y) == (-2.0, -0.5)
-
-
-def test_turtlebot3_world_has_nine_columns_on_a_grid():
-    """Radius 0.15 m, 1.1 m apart; the spawn is the tutorials'."""
-    world = load_world("turtlebot3_world")
-    grid = {(x, y) for x in (-1.1, 0, 1.1) for y in (-1.1, 0, 1.1)}
-    assert {(c.x, c.y) for c in world.cylinders} == grid
-    assert {c.radius for c in world.cylinders} == {0.15}
-    assert (world.spawn.x, world.spawn.y) == (-2.0, -0.5)
-
-
-def test_pillars_stand_in_their_colours():
-    """Turquoise, green, blue and red, a metre from each axis."""
-    pillars = load_world("coloured_pillars").cylinders
-    assert {(p.colour, p.x, p.y) for p in pillars} == {
-        ("turquoise", -1, -1),
-        ("green", -1, 1),
-        ("blue", 1, 1),
-        ("red", 1, -1),
-    }
-
-
-def test_nav_arena_has_the_published_zones_walls_and_spawn():
-    """Four zones of 0.40 m, eight inner walls of 1.05 m x 0.03 m x 0.25 m."""
-    world = load_world("nav_arena")
-    assert {zone.name: (zone.x, zone.y) for zone in world.zones} == ZONES
-    assert {zone.radius for zone in world.zones} == {0.4}
-    assert [o.size for o in world.obstacles[4:]] == [(1.05, 0.03, 0.25)] * 8
-    assert (world.spawn.x, world.spawn.y, world.spawn.yaw) == (0.5, -0.04, 0)
 
 
 def reached(world: World, clearance: float, step: float = 0.05) -> Callable[[float, float], bool]:
@@ -237,10 +210,12 @@ def test_waffle_reaches_all_sixteen_zones_of_the_explore_arena():
             assert inside, f"the zone around ({(left + right) / 2:g}, {(low + high) / 2:g})"
 
 
-def test_the_wide_arena_has_the_zones_of_the_nav_arena_and_room_for_a_husky():
+def test_both_arenas_have_the_published_zones_and_the_wide_one_room_for_a_husky():
     """So patrol runs in it unchanged; 0.6 m are free around each zone."""
     world = load_world("wide_arena")
-    assert {zone.name: (zone.x, zone.y) for zone in world.zones} == ZONES
+    for arena in (load_world("nav_arena"), world):
+        assert {zone.name: (zone.x, zone.y) for zone in arena.zones} == ZONES
+    assert {zone.radius for zone in load_world("nav_arena").zones} == {0.4}
     assert load_robot("husky").turning_radius < 0.6
     for zone in world.zones:
         assert min(thing.distance(zone.x, zone.y) for thing in world.obstacles) > 0.6

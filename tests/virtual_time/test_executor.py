@@ -1,20 +1,25 @@
-"""Under the lock-step executor, time moves only when nothing is in flight."""
+"""Under the lock-step executor, time moves only when nothing is in flight; rclpy's spins, too."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import pytest
 import rclpy
+from rclpy.task import Future
 from std_msgs.msg import Int64
+from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.virtual_time import (
+    DiscoveryError,
+    NestedStepError,
     NothingDueError,
     NoVirtualTimeError,
     TimeStuckError,
     VirtualTimeExecutor,
+    discovery,
     self_test,
 )
 from bt_mission.virtual_time import executor as executor_module
@@ -34,13 +39,9 @@ def step_for_ever(executor: VirtualTimeExecutor) -> None:
         executor.step()
 
 
-def test_this_machine_delivers_at_once() -> None:
-    """The self-test that virtual time rests on passes here."""
-    self_test()
-
-
 def test_a_machine_on_which_messages_come_late_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With what to set: virtual time would not repeat there."""
+    """With what to set: virtual time would not repeat there. This machine delivers at once."""
+    self_test()
     self_test.cache_clear()
     monkeypatch.setattr(VirtualTimeExecutor, "run_until_quiet", lambda self: None)
     with pytest.raises(
@@ -150,10 +151,15 @@ def test_what_asks_again_for_its_own_instant_is_reported(
 
 
 def test_without_timers_and_world_time_cannot_move(rig: Any) -> None:
-    """There is nothing to jump to, and the message says so."""
+    """There is nothing to jump to, and the message says so.
+
+    rclpy's spin would wait for a message of another process, which has no place in virtual time.
+    """
     rig.node("a")
     with pytest.raises(NothingDueError, match="no timer is set"):
         rig.clock.step()
+    with pytest.raises(NothingDueError):
+        rig.clock.spin_until_future_complete(Future())
 
 
 def test_a_timer_on_another_clock_is_refused(rig: Any) -> None:
@@ -185,3 +191,69 @@ def test_the_world_moves_first(rig: Any) -> None:
     rig.clock.step()
     rig.clock.step()
     assert log == ["scan 1070", "scan 1140", "timer"]
+
+
+# ---- rclpy's ways to spin ----------------------------------------------------------------
+
+
+def test_spinning_until_a_future_is_done_stops_at_its_instant(rig: Any) -> None:
+    """Nothing later is served."""
+    node = rig.node("a")
+    gate: Future = Future()
+    node.create_timer(0.25, lambda: gate.set_result(None))
+    rig.clock.spin_until_future_complete(gate)
+    assert rig.now(node) == S + S // 4
+
+
+def test_a_timeout_is_in_virtual_time(rig: Any) -> None:
+    """An hour of it passes at once, also where no timer is set."""
+    node = rig.node("a")
+    rig.clock.spin_until_future_complete(Future(), timeout_sec=3600.0)
+    assert rig.now(node) == S + 3600 * S
+
+
+def test_a_future_that_is_done_takes_no_time(rig: Any) -> None:
+    """What is ready already needs no step, whatever the timeout."""
+    server, node = rig.node("server"), rig.node("client")
+    server.create_service(Trigger, "ask", lambda _, response: response)
+    call = node.create_client(Trigger, "ask").call_async(Trigger.Request())
+    rig.clock.spin_until_future_complete(call, timeout_sec=5.0)
+    assert call.done()
+    assert rig.now(node) == S
+
+
+def test_a_callback_cannot_spin(rig: Any) -> None:
+    """It would wait for what cannot come before it has returned."""
+    node = rig.node("a")
+    node.create_timer(0.1, lambda: rig.clock.spin_until_future_complete(Future()))
+    with pytest.raises(NestedStepError, match="make it `async def`, and await the future"):
+        rig.clock.step()
+    assert rig.now(node) == S + S // 10
+
+
+# ---- endpoints that are not discovered yet -----------------------------------------------
+
+
+def test_endpoints_that_come_a_little_later_are_waited_for(
+    rig: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Virtual time stands still meanwhile."""
+    looks: list[int] = []
+
+    def later(_: Sequence[Any]) -> Iterator[str]:
+        looks.append(1)
+        if len(looks) < 5:
+            yield "publisher of /late"
+
+    monkeypatch.setattr(discovery, "unmatched", later)
+    discovery.wait_for_matching([rig.node("a")])
+    assert len(looks) == 5
+
+
+def test_endpoints_that_never_come_are_named(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With what to do."""
+    node = rig.node("a")
+    monkeypatch.setattr(discovery, "ATTEMPTS", 3)
+    monkeypatch.setattr(discovery, "unmatched", lambda _: iter(["publisher of /never"]))
+    with pytest.raises(DiscoveryError, match="publisher of /never; run `bt-mission doctor`"):
+        discovery.wait_for_matching([node])

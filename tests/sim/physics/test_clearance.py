@@ -1,5 +1,6 @@
-"""Clearance: the true room between the robot and all that it could touch, and what is so near."""
+"""Clearance, contacts and poses: as they are, and as recorded states give them afterwards."""
 
+import copy
 import math
 import random
 
@@ -7,99 +8,92 @@ import mujoco
 import pytest
 
 from sim.physics.clearance import Clearance, robot_gauge, touching
-from sim.physics.spawn import RobotSpawn
-from sim.robot.robot import SimulatedRobot
 from sim.simulation import Simulation
 from sim.world.loader import load_world
-from sim.world.world import Spawn
-from tests.support.simulated import alone
+from tests.support.simulated import alone, two, wait
 
-FRONT, HALF_WIDTH = 0.069, 0.153
+FRONT = 0.069
 """The Waffle's hull from its axle's middle, m."""
 
 RIM = 0.144 + 0.009
 """Metres from the middle to the outer side of a wheel."""
 
+WALL = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
+NEAR_WALL = {"name": "wall", "from": [0.5, -1], "to": [0.5, 1], "thickness": 0.02}
 
-def test_ahead_it_is_the_distance_from_the_hull(simulate):
-    """A wall whose face is 1 m ahead of the axle."""
-    wall = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
-    result = simulate(walls=[wall]).clearance()
-    assert result.distance == pytest.approx(1 - FRONT, abs=1e-4)
-    assert result.obstacle == "wall"
-    assert result.here is not None
-    assert result.there is not None
-    assert result.here[0] == pytest.approx(FRONT, abs=1e-4)
-    assert result.there[0] == pytest.approx(1.0)
+
+def coming(x, y, around):
+    """A pillar that circles in 8 s."""
+    motion = {"around": around, "period": 8}
+    return {"name": "coming", "x": x, "y": y, "radius": 0.15, "motion": motion}
+
+
+def step(simulation, command):
+    """Command once, and let 50 ms pass."""
+    simulation.command(*command)
+    wait(simulation, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("fields", "obstacle", "distance", "error"),
+    [
+        ({"walls": [WALL]}, "wall", 1 - FRONT, 1e-4),
+        (
+            {"walls": [WALL], "spawn": {"yaw": 45}},
+            "wall",
+            1 - (FRONT + 0.133) * math.sqrt(0.5),
+            1e-3,
+        ),
+        (
+            {"cylinders": [{"name": "pillar", "x": 0, "y": -0.5, "radius": 0.1}]},
+            "pillar",
+            0.4 - RIM,
+            1e-3,
+        ),
+        (
+            {"boxes": [{"name": "sill", "x": 0, "y": 0, "size": [0.02, 0.1, 0.005]}]},
+            "sill",
+            0.005,
+            1e-4,
+        ),
+    ],
+    ids=["ahead of the hull", "from its corner", "beside the wheel", "below the hull"],
+)
+def test_it_is_the_distance_in_space_from_hull_or_wheel(
+    simulate, fields, obstacle, distance, error
+):
+    """The wheels stand out 20 mm farther than the body; the floor is no obstacle."""
+    result = simulate(**fields).clearance()
+    assert result.obstacle == obstacle
+    assert result.distance == pytest.approx(distance, abs=error)
     assert math.dist(result.here, result.there) == pytest.approx(result.distance)
 
 
-def test_beside_it_is_the_distance_from_the_wheel(simulate):
-    """The wheels stand out 20 mm farther than the body."""
-    pillar = {"name": "pillar", "x": 0, "y": -0.5, "radius": 0.1}
-    result = simulate(cylinders=[pillar]).clearance()
-    assert result.distance == pytest.approx(0.4 - RIM, abs=1e-3)
-
-
-def test_a_corner_counts_where_it_is_nearest(simulate):
-    """Turned by 45 degrees, the front corner is 1 m less its own reach away."""
-    wall = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
-    result = simulate(walls=[wall], spawn={"yaw": 45}).clearance()
-    reach = (FRONT + 0.133) * math.cos(math.radians(45))
-    assert result.distance == pytest.approx(1 - reach, abs=1e-3)
+def test_the_nearest_points_are_on_the_hull_and_on_the_obstacle(simulate):
+    """In the map."""
+    result = simulate(walls=[WALL]).clearance()
+    assert result.here[0] == pytest.approx(FRONT, abs=1e-4)
+    assert result.there[0] == pytest.approx(1.0)
 
 
 def test_what_is_out_of_reach_is_not_looked_at(simulate):
     """0.9 m away: nothing within 0.5 m, and nothing in an empty world."""
-    wall = {"name": "wall", "from": [1, -2], "to": [1, 2], "thickness": 0.1}
-    simulation = simulate(walls=[wall])
+    simulation = simulate(walls=[WALL])
     assert simulation.clearance(within=0.5) == Clearance(0.5)
     assert simulation.clearance(within=2).obstacle == "wall"
     assert simulate().clearance() == Clearance(math.inf)
 
 
-def test_the_floor_is_no_obstacle_and_a_bar_overhead_is(simulate):
-    """What counts is the distance in space: 5 mm of height between a sill and the hull."""
-    sill = {"name": "sill", "x": 0.0, "y": 0.0, "size": [0.02, 0.1, 0.005]}
-    result = simulate(boxes=[sill]).clearance()
-    assert result.obstacle == "sill"
-    assert result.distance == pytest.approx(0.005, abs=1e-4)
-
-
-def test_pushing_on_against_a_wall_it_is_below_zero(simulate, drive):
-    """By less than a millimetre: contacts are a little soft."""
-    wall = {"name": "wall", "from": [0.5, -1], "to": [0.5, 1], "thickness": 0.02}
-    simulation = simulate(walls=[wall])
-    drive(simulation, 4.0, linear=0.2)
-    result = simulation.clearance()
-    assert -1e-3 < result.distance < 0
-    assert result.obstacle == "wall"
-
-
 def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world, waffle):
     """Nose to nose, 2 m between the axles; each measures the same."""
-    entrants = [
-        RobotSpawn(waffle, "one", Spawn(x=-1)),
-        RobotSpawn(waffle, "two", Spawn(x=1, yaw=180)),
-    ]
-    fleet = Simulation(make_world(), entrants, seed=1)
+    fleet = Simulation(make_world(), two(waffle, yaw=180), seed=1)
     for robot, other in (("one", "two"), ("two", "one")):
         result = fleet[robot].clearance()
         assert result.obstacle == other
         assert result.distance == pytest.approx(2 - 2 * FRONT, abs=1e-3)
 
 
-def test_a_prop_counts_while_it_is_there(simulate):
-    """It is measured at the same instant."""
-    simulation = simulate(props=2)
-    box = simulation.physics.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
-    assert simulation.clearance().obstacle == "box"
-    assert simulation.clearance().distance == pytest.approx(0.9 - FRONT, abs=1e-4)
-    box.remove()
-    assert simulation.clearance() == Clearance(math.inf)
-
-
-def nearest_of_all(simulation: SimulatedRobot) -> float:
+def nearest_of_all(simulation):
     """The least distance over every pair of geoms, none left out."""
     model, data = simulation.physics.model, simulation.physics.data
     others = [g for g in range(model.ngeom) if model.geom(g).name.startswith("obstacle/")]
@@ -123,28 +117,20 @@ def test_what_it_leaves_out_is_never_the_nearest(waffle, drive, world):
 
 def test_the_lower_bound_never_exceeds_the_clearance(simulate):
     """Whatever moves: the robot, obstacles, boxes that come, grow and go. It is often above 0."""
-    coming = {
-        "name": "coming",
-        "x": 1.0,
-        "y": 0.4,
-        "radius": 0.15,
-        "motion": {"around": [0.5, 0.0], "period": 8},
-    }
     wall = {"name": "wall", "from": [1.8, -2], "to": [1.8, 2], "thickness": 0.1}
-    simulation = simulate(cylinders=[coming], walls=[wall], props=2)
+    simulation = simulate(cylinders=[coming(1.0, 0.4, [0.5, 0.0])], walls=[wall], props=2)
     draw = random.Random(5)
     box, tight = None, 0
-    for step in range(400):
-        if step % 40 == 0:
+    for number in range(400):
+        if number % 40 == 0:
             command = draw.uniform(-0.2, 0.26), draw.uniform(-1.8, 1.8)
             simulation.clearance()
-        if step % 70 == 69:
+        if number % 70 == 69:
             if box is not None:
                 box.remove()
             size = (draw.uniform(0.1, 0.5), 0.1, 0.3)
             box = simulation.physics.props.place("box", draw.uniform(-2, 1), 1.0, size=size)
-        simulation.command(*command)
-        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
+        step(simulation, command)
         bound = simulation.clearance_at_least()
         known = simulation._gauge._known  # measuring would start it anew
         clearance = simulation.clearance().distance
@@ -164,32 +150,109 @@ def test_turning_on_the_spot_does_not_use_the_bound_up(simulate, drive):
 
 def test_what_was_near_before_does_not_change_what_is_measured(simulate):
     """One measurement after another gives what the first of a new gauge gives, to the last bit."""
-    coming = {
-        "name": "coming",
-        "x": 0.9,
-        "y": 0.9,
-        "radius": 0.15,
-        "motion": {"around": [0.9, 0.5], "period": 8},
-    }
     wall = {"name": "wall", "from": [-1.1, -2], "to": [-1.1, 2], "thickness": 0.1}
-    simulation = simulate(cylinders=[coming], walls=[wall], props=2)
+    simulation = simulate(cylinders=[coming(0.9, 0.9, [0.9, 0.5])], walls=[wall], props=2)
     draw = random.Random(6)
     box, nearest = None, set()
-    for step in range(300):
-        if step % 30 == 0:
+    for number in range(300):
+        if number % 30 == 0:
             command = draw.uniform(-0.2, 0.26), draw.uniform(-1.8, 1.8)
-        if step % 60 == 20 and box is not None:
+        if number % 60 == 20 and box is not None:
             box.remove()
-        if step % 60 == 40:
+        if number % 60 == 40:
             size = (draw.uniform(0.1, 0.5), 0.1, 0.3)
             box = simulation.physics.props.place(
                 "box", draw.uniform(-0.3, 0.3), -0.5, size=size, even_into_the_robot=True
             )
-        simulation.command(*command)
-        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
+        step(simulation, command)
         anew = robot_gauge(simulation.physics.model, simulation._gauge._names).measure(
             simulation.physics.data
         )
         assert simulation.clearance() == anew
         nearest.add(anew.obstacle)
     assert nearest == {"coming", "wall", "box"}
+
+
+# ---- looking back ------------------------------------------------------------------------
+
+
+def test_pose_velocity_and_clearance_are_those_of_the_instant(waffle):
+    """Bit for bit, among moving obstacles, when the run is over."""
+    simulation = alone(load_world("dqn_stage4"), waffle, seed=1)
+    seen = []
+    for number in range(100):
+        step(simulation, (0.2, 0.8 if number % 20 < 10 else -0.8))
+        now = (simulation.pose, simulation.velocity, simulation.clearance())
+        seen.append((simulation.record(), simulation.physics.time_ns, now))
+    review = simulation.review()
+    for state, time_ns, now in reversed(seen):
+        assert state.time_ns == time_ns
+        assert (review.pose(state), review.velocity(state), review.clearance(state)) == now
+
+
+def test_props_are_those_of_the_instant(simulate):
+    """One that has moved, one that has gone, and a body that has become something else."""
+    simulation = simulate(props=1)
+    review = simulation.review()
+    nothing = simulation.record()
+    box = simulation.physics.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
+    placed = simulation.record()
+    assert simulation.clearance().distance == pytest.approx(0.9 - FRONT, abs=1e-4)
+    box.move_at(0.5, 0.0)
+    wait(simulation, 1.0)
+    moved = simulation.record()
+    box.remove()
+    assert simulation.clearance() == Clearance(math.inf)
+    simulation.physics.props.place("pillar", 0.5, 0.0, radius=0.1)
+    other = simulation.record()
+    results = [review.clearance(state) for state in (other, moved, placed, nothing, placed)]
+    assert [result.obstacle for result in results] == ["pillar", "box", "box", None, "box"]
+    assert [round(result.distance, 3) for result in results[:3]] == [0.331, 1.331, 0.831]
+    assert simulation.clearance() == results[0]
+
+
+def test_a_wall_that_is_pushed_against_is_penetrated_and_named_with_its_place(simulate, drive):
+    """By less than a millimetre, as contacts are a little soft; before that, nothing touches."""
+    simulation = simulate(walls=[NEAR_WALL])
+    review = simulation.review()
+    before = simulation.record()
+    drive(simulation, 4.0, linear=0.2)
+    assert review.contacts(before) == {}
+    (name, place), *none = review.contacts(simulation.record()).items()
+    assert (name, none) == ("wall", [])
+    assert place[0] == pytest.approx(0.49, abs=1e-3)
+    result = simulation.clearance()
+    assert -1e-3 < result.distance < 0
+    assert result.obstacle == "wall"
+
+
+def test_looking_back_changes_nothing_in_the_run(simulate, drive):
+    """Two runs, one of them reviewed all the time."""
+    first, other = (simulate(cylinders=[{"x": 1, "y": 0, "radius": 0.1}]) for _ in range(2))
+    review = first.review()
+    for _ in range(20):
+        for simulation in (first, other):
+            drive(simulation, 0.2, 0.2, 0.3)
+        review.contacts(first.record())
+        first.clearance()
+    assert first.record() == other.record()
+
+
+def test_states_are_equal_where_all_of_it_is(simulate):
+    """And a copy is as good as the state itself."""
+    simulation = simulate(props=1)
+    simulation.physics.props.place("box", 1.0, 0.0, radius=0.1)
+    state = simulation.record()
+    assert state == simulation.record()
+    assert simulation.review().clearance(copy.deepcopy(state)) == simulation.clearance()
+    wait(simulation, 0.005)
+    assert state != simulation.record()
+
+
+def test_each_robot_of_a_fleet_has_a_reviewer_of_its_own(make_world, waffle):
+    """One record is of all of them."""
+    fleet = Simulation(make_world(), two(waffle), seed=1)
+    state = fleet.physics.record()
+    for robot in fleet.robots:
+        assert robot.review().pose(state) == robot.pose
+        assert robot.review().clearance(state) == robot.clearance()

@@ -1,4 +1,4 @@
-"""A robot with a MuJoCo model of its own: driving, its joints, and what is wrong with a model."""
+"""Robots with a MuJoCo model of their own: driving, their joints, and errors of a model."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import hashlib
 import math
 from pathlib import Path
 
-import mujoco
 import pytest
 
 from bt_mission.core.diagnostics import InputError
@@ -19,7 +18,8 @@ from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.simulation import Simulation
 from sim.world.loader import load_world
-from sim.world.world import Spawn, World
+from sim.world.world import Spawn
+from tests.support.robot_models import MODELLED, write_model
 
 ROBOT, MODEL = find("robots", "waffle_arm"), find("robots", "waffle_arm").with_suffix(".xml")
 ARM = ("joint1", "joint2", "joint3", "joint4")
@@ -27,11 +27,22 @@ FINGERS = ("gripper_left_joint", "gripper_right_joint")
 ABOVE, BELOW = (0.0, 0.577, -0.319, 1.313), (0.0, 0.961, -0.217, 0.827)
 
 
-def drive(simulation: Simulation, seconds: float, linear: float = 0.0) -> None:
-    """Drive all robots straight for a time."""
+def simulated(world: str = "fetch_arena", robot: str | Path = "waffle_arm") -> Simulation:
+    """Simulate a robot; by default one with an arm, and a cube a metre ahead."""
+    return Simulation(load_world(world), [RobotSpawn(load_robot(robot))], seed=1)
+
+
+def drive(
+    simulation: Simulation,
+    seconds: float,
+    linear: float = 0.0,
+    angular: float = 0.0,
+    lateral: float = 0.0,
+) -> None:
+    """Drive all robots for a time."""
     for _ in range(round(seconds * 20)):
         for robot in simulation.robots:
-            robot.command(linear, 0.0)
+            robot.command(linear, angular, lateral=lateral)
         simulation.advance_to(simulation.time_ns + 10 * STEP_NS)
 
 
@@ -44,7 +55,7 @@ def send(robot: SimulatedRobot, names: tuple[str, ...], positions: tuple[float, 
 @pytest.fixture
 def fetching() -> Simulation:
     """A robot with an arm, and a cube a metre ahead."""
-    return Simulation(load_world("fetch_arena"), [RobotSpawn(load_robot("waffle_arm"))], seed=1)
+    return simulated()
 
 
 def test_its_wheels_drive_it_as_its_file_says(fetching: Simulation) -> None:
@@ -66,8 +77,7 @@ def test_wheels_of_other_models_drive_ahead(tmp_path: Path) -> None:
     backward = 'name="wheel_left" type="hinge" axis="0 1 0"'
     axis = (backward, backward.replace("0 1 0", "0 -1 0"))
     size = ("<worldbody>", '<size njmax="1" nconmax="1"/><worldbody>')
-    robot = RobotSpawn(load_robot(changed(tmp_path, *motors, axis, size)))
-    simulation = Simulation(load_world("fetch_arena"), [robot], seed=1)
+    simulation = simulated(robot=changed(tmp_path, *motors, axis, size))
     drive(simulation, 4.0, 0.2)
     drive(simulation, 1.0)
     assert simulation.robots[0].pose == pytest.approx((0.8, 0.0, 0.0), abs=2e-3)
@@ -75,10 +85,7 @@ def test_wheels_of_other_models_drive_ahead(tmp_path: Path) -> None:
 
 def test_it_grips_carries_and_lays_down(fetching: Simulation) -> None:
     """The fingers stall at the cube, which rises with the arm; two runs are the same."""
-    places = [pick(fetching)]
-    other = Simulation(load_world("fetch_arena"), [RobotSpawn(load_robot("waffle_arm"))], seed=1)
-    places.append(pick(other))
-    assert places[0] == places[1]
+    assert pick(fetching) == pick(simulated())
 
 
 def pick(simulation: Simulation) -> str:
@@ -123,15 +130,12 @@ def test_a_reset_puts_joints_and_objects_back(fetching: Simulation) -> None:
     """To the start of the robot's file, and of the world's."""
     (robot,) = fetching.robots
     assert robot.servos is not None
-    before = robot.servos.readings, fetching.physics.objects
+    positions, objects = robot.servos.readings["position"], fetching.physics.objects
     send(robot, ARM, BELOW)
     drive(fetching, 5.0, 0.2)
-    assert robot.servos.readings != before[0]
+    assert robot.servos.readings["position"] != positions
     fetching.physics.reset()
-    assert (robot.servos.readings["position"], fetching.physics.objects) == (
-        before[0]["position"],
-        before[1],
-    )
+    assert (robot.servos.readings["position"], fetching.physics.objects) == (positions, objects)
 
 
 def test_two_robots_with_arms_share_a_world() -> None:
@@ -147,18 +151,47 @@ def test_two_robots_with_arms_share_a_world() -> None:
     assert simulation["one"].collisions_with["two"] >= 1
 
 
-def test_a_copy_has_the_files_of_the_model() -> None:
-    """`robots copy` takes the model along."""
+def test_a_copy_has_the_files_of_the_model_what_it_includes_and_its_meshes(tmp_path: Path) -> None:
+    """`robots copy` takes them along. Names count from the model's folder and that of meshes."""
     assert [path.name for path in files_of(ROBOT)] == ["waffle_arm.yaml", "waffle_arm.xml"]
+    files = files_of(write_model(tmp_path, "husky"))
+    assert [path.relative_to(tmp_path).as_posix() for path in files] == [
+        "husky.yaml",
+        "husky.xml",
+        "parts/meshes.xml",
+        "assets/part.obj",
+    ]
 
 
 def test_the_model_is_attached_under_its_own_prefix() -> None:
     """So no name of the world or of another robot collides with one of it."""
-    world = World(name="w", size=(2.0, 2.0))
-    model = Simulation(world, [RobotSpawn(load_robot("waffle_arm"))], seed=0).physics.model
+    model = simulated("empty_arena").physics.model
     assert model.joint(f"{MODEL_PREFIX}joint1").range == pytest.approx([-2.827, 2.827])
     assert model.opt.timestep == STEP_NS / 1e9
     assert model.body_subtreemass[model.body("base").id] == pytest.approx(2.06191)
+
+
+def driven(robot: RobotModel) -> tuple[list[float], list[float], tuple[str, ...]]:
+    """Drive an arc, sideways where the base can; return the true pose, odometry and the joints."""
+    simulation = Simulation(load_world("wide_arena"), [RobotSpawn(robot)], seed=1)
+    drive(simulation, 3.0, 0.2, 0.3, 0.1 if robot.drive.slide_velocity else 0.0)
+    (mine,) = simulation.robots
+    odometry = mine.read_odometry()
+    assert mine.collisions == 0
+    return list(mine.pose), [odometry.x, odometry.y, odometry.yaw], mine.joints
+
+
+@pytest.mark.parametrize("name", MODELLED)
+def test_a_model_moves_as_the_same_robot_without_one(name: str, tmp_path: Path) -> None:
+    """Its wheels, rollers and knuckles stand still; supports and servos have its mass."""
+    path = write_model(tmp_path, name)
+    assert check_robot(path)[0].name == name
+    pose, odometry, joints = driven(load_robot(path))
+    usual = driven(load_robot(name))
+    assert joints == usual[2]
+    assert pose == pytest.approx(usual[0], abs=2e-3)
+    assert odometry == pytest.approx(usual[1], abs=2e-3)
+    assert math.hypot(*pose[:2]) > 0.3
 
 
 # ---- what is wrong with a model ------------------------------------------------------------------
@@ -192,33 +225,18 @@ WRONG = [
     ('kp="120"', 'kp="-"', "file: waffle_arm.xml", "MuJoCo: XML Error"),
     ("</worldbody>", "", "file: waffle_arm.xml", "mismatched tag"),
     ("<freejoint/>", "", "base: base_link", "got no free joint"),
-    (
-        '<body name="link1"',
-        '<body name="x"><freejoint/></body><body name="link1"',
-        "file: waffle_arm.xml",
-        "MuJoCo:",
-    ),
+    ('<body name="link1"', '<body><freejoint/></body><body name="link1"', "file:", "MuJoCo:"),
     ('mass="1.37291"', 'mass="0"', "base_mass:", "the whole model, 0.689 kg, got 2.06191"),
     ('mass="0.0285"', 'mass="0"', "file: waffle_arm.xml", "MuJoCo: Error: mass and inertia"),
     ('mass="1.37291"', 'mass="9"', "base_mass:", "the whole model, 9.689 kg, got 2.06191"),
     ('mass="1.37291"', 'mass="nan"', "file: waffle_arm.xml", "finite numbers, got nan"),
     ('name="joint2"', 'name="joint_2"', "file: waffle_arm.xml", "target 'joint2' for actuator"),
     ('class="servo" joint="joint3"', 'class="servo" joint="joint2"', "joint3:", "got 0 actuators"),
-    (
-        '<position class="servo" joint="joint1"/>',
-        '<motor joint="joint1"/>',
-        "joint1:",
-        "<position>",
-    ),
+    ('position class="servo" joint="joint1"', 'motor joint="joint1"', "joint1:", "<position>"),
     ('range="-2.827 2.827"', 'range="-1 1"', "joint1:", "within the range of the model, -1 to 1"),
     ('"wheel_left" type="hinge" axis="0', '"wheel_left" axis="9', "wheels:", "along y of the base"),
     ('"wheel_left" type="hinge"', '"wheel_left" type="slide"', "wheels:", "is a slide joint"),
-    (
-        '<velocity joint="wheel_left" kv="0.15"',
-        '<motor joint="wheel_left"/><velocity joint="wheel_left" kv="0.15"',
-        "wheels:",
-        "2 actuators drive the wheel",
-    ),
+    ("<actuator>", '<actuator><motor joint="wheel_left"/>', "wheels:", "2 actuators drive the whe"),
     ('site name="base_scan"', 'site name="scan"', "lidar: base_scan", "no site 'base_scan'"),
     ('name="imu" pos="0 0 0.068"', 'name="imu" pos="0 0 0.1"', "x: 0.0 ", "(0, 0, 0.1) m, got"),
     ("<worldbody>", '<include file="../x.xml"/><worldbody>', "file:", "outside of its folder"),
@@ -269,6 +287,36 @@ def test_an_error_of_the_figures_names_its_key(
     assert any(got == code and message in text for got, _, text in errors), errors
 
 
+@pytest.mark.parametrize(
+    ("name", "old", "new", "code", "message"),
+    [
+        ("husky", "[front_left_wheel,", "[", "BT-307", "expected 4 joints (front_left_wheel, "),
+        ("rosbot", "[wheel_1,", "[wheel_9,", "BT-813", "no joint 'wheel_9'"),
+        ("rosbot", "[wheel_1,", "[wheel_2,", "BT-813", "the joint 'wheel_2' is named twice"),
+        ("husky", "  base: ", "  steering: [a, b]\n  base: ", "BT-307", "only an ackerm"),
+        ("f1tenth", "[steer_front_left_wheel,", "[steer,", "BT-813", "no joint 'steer'"),
+        (
+            "husky",
+            "wheelbase: 0.512",
+            "wheelbase: 0.6",
+            "BT-813",
+            "but in the model it is at (0.2",
+        ),
+        ("husky", 'axis="0 1 0"', 'axis="0 1 0" type="slide"', "BT-813", "is a slide joint"),
+        ("husky", "meshes.xml", "no.xml", "BT-813", "cannot read no.xml"),
+        ("husky", 'meshdir="assets"', 'meshdir="/etc"', "BT-813", "outside of its folder"),
+        ("husky", "parts/meshes.xml", "../meshes.xml", "BT-813", "outside of its folder"),
+        ("husky", "<freejoint/>", "", "BT-813", "got no free joint"),
+    ],
+)
+def test_an_error_of_a_planar_model_names_key_and_reason(
+    tmp_path: Path, name: str, old: str, new: str, code: str, message: str
+) -> None:
+    """As for a model that rolls on its wheels."""
+    errors = refused(write_model(tmp_path, name, (old, new)))
+    assert any(got == code and message in text for got, _, text in errors), errors
+
+
 def test_an_arm_needs_a_model(tmp_path: Path) -> None:
     """And so does what a model would have: a robot without one says its inertia."""
     text = ROBOT.read_text(encoding="utf-8")
@@ -283,28 +331,18 @@ def test_an_arm_needs_a_model(tmp_path: Path) -> None:
 
 def test_a_model_in_degrees_and_with_parts_of_a_world_is_attached(tmp_path: Path) -> None:
     """Its compiler applies to it; floor, lights, keys and sensors stay out."""
-    text = MODEL.read_text(encoding="utf-8")
     changes = [
         ('angle="radian"', 'angle="degree"'),
-        *((f'range="{old}"', f'range="{new}"') for old, new in IN_DEGREES),
+        ('range="-2.827 2.827"', 'range="-161.98 161.98"'),
+        ('range="-1.79 1.57"', 'range="-102.56 89.95"'),
+        ('range="-0.942 1.382"', 'range="-53.97 79.18"'),
+        ('range="-1.79 2.04"', 'range="-102.56 116.88"'),
         ("<worldbody>", '<worldbody><light pos="0 0 3"/><geom type="plane" size="9 9 1"/>'),
         ("</mujoco>", '<keyframe><key name="home"/></keyframe></mujoco>'),
         ("<worldbody>", '<option timestep="0.001" gravity="0 0 0"/><worldbody>'),
     ]
-    assert all(old in text for old, _ in changes)
-    robot: RobotModel = load_robot(changed(tmp_path, *changes))
-    world = load_world("empty_arena")
-    model = Simulation(world, [RobotSpawn(robot)], seed=0).physics.model
-    usual = Simulation(world, [RobotSpawn(load_robot("waffle_arm"))], seed=0).physics.model
+    model = simulated("empty_arena", changed(tmp_path, *changes)).physics.model
+    usual = simulated("empty_arena").physics.model
     assert (model.ngeom, model.nlight, model.nkey) == (usual.ngeom, usual.nlight, 0)
     assert model.jnt_range == pytest.approx(usual.jnt_range, abs=1e-3)
     assert model.opt.gravity.tolist() == [0.0, 0.0, -9.81]
-    assert isinstance(model, mujoco.MjModel)
-
-
-IN_DEGREES = [
-    ("-2.827 2.827", "-161.98 161.98"),
-    ("-1.79 1.57", "-102.56 89.95"),
-    ("-0.942 1.382", "-53.97 79.18"),
-    ("-1.79 2.04", "-102.56 116.88"),
-]

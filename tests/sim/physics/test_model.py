@@ -20,27 +20,23 @@ from sim.physics.names import (
 from sim.physics.physics import compile_model
 from sim.physics.spawn import RobotSpawn
 from sim.world.world import Spawn
+from tests.support.simulated import two
 
 FIELDS = ("body_mass", "body_pos", "geom_size", "geom_friction", "qpos0", "actuator_gainprm")
 
 
 @pytest.mark.parametrize("name", ["waffle", "burger"])
 def test_masses_are_those_of_the_robot(make_world, name):
-    """Body and two wheels, nothing from the looks."""
+    """Body and two wheels, balanced on their axle; nothing from the looks."""
     robot = load_robot(name)
     assert isinstance(robot.drive, DifferentialDrive)
     model = compile_model(make_world(), [RobotSpawn(robot)])
     assert model.body_subtreemass[model.body(BASE).id] == (
         pytest.approx(robot.base_mass + 2 * robot.drive.wheel_mass)
     )
-
-
-def test_wheels_are_balanced(make_world, waffle):
-    """Their centre of mass lies on the axle."""
-    model = compile_model(make_world(), [RobotSpawn(waffle)])
     for wheel in WHEELS:
         assert model.body(wheel).ipos == pytest.approx((0, 0, 0))
-        assert model.body(wheel).inertia == pytest.approx(waffle.drive.wheel_inertia)
+        assert model.body(wheel).inertia == pytest.approx(robot.drive.wheel_inertia)
 
 
 def test_it_stands_on_four_points(make_world, waffle):
@@ -61,8 +57,7 @@ def test_what_touches_and_is_not_on_the_floor_is_a_robot(make_world, waffle):
         cylinders=[{"name": "c", "x": 0.4, "y": 0, "radius": 0.1}],
         boxes=[{"name": "b", "x": 0, "y": 0, "size": [0.2, 0.2, 0.2], "motion": moving}],
     )
-    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
-    model = compile_model(world, entrants, 2)
+    model = compile_model(world, two(waffle), 2)
     data, floor = mujoco.MjData(model), model.geom(FLOOR).id
     sensor = int(model.sensor(FLOOR_CONTACTS).adr[0])
     robots = [model.body(f"{name}/{BASE}").id for name in ("one", "two")]
@@ -82,11 +77,12 @@ def test_what_touches_and_is_not_on_the_floor_is_a_robot(make_world, waffle):
     assert min(on_floor, others) > 500
 
 
-def test_every_obstacle_is_a_geom_of_its_name(make_world, waffle):
-    """Half sizes, standing on the floor."""
+def test_every_obstacle_is_a_geom_of_its_name_and_a_zone_is_a_mark(make_world, waffle):
+    """Half sizes, standing on the floor; nothing touches a zone."""
     world = make_world(
         walls=[{"name": "w", "from": [1, 2], "to": [3, 2], "thickness": 0.2, "height": 0.4}],
         cylinders=[{"name": "c", "x": -1, "y": 0, "radius": 0.3, "height": 0.6}],
+        zones=[{"name": "A", "x": 0, "y": 0, "radius": 0.4}],
     )
     model = compile_model(world, [RobotSpawn(waffle)])
     wall, pillar = (model.geom(OBSTACLE_PREFIX + name) for name in ("w", "c"))
@@ -94,12 +90,6 @@ def test_every_obstacle_is_a_geom_of_its_name(make_world, waffle):
     assert wall.pos == pytest.approx((2, 2, 0.2))
     assert pillar.size[:2] == pytest.approx((0.3, 0.3))
     assert pillar.pos == pytest.approx((-1, 0, 0.3))
-
-
-def test_zones_are_marks_that_nothing_touches(make_world, waffle):
-    """A robot drives over them."""
-    zone = {"name": "A", "x": 0, "y": 0, "radius": 0.4}
-    model = compile_model(make_world(zones=[zone]), [RobotSpawn(waffle)])
     (mark,) = [geom for geom in range(model.ngeom) if model.geom_group[geom] == MARKS]
     assert model.geom_contype[mark] == model.geom_conaffinity[mark] == 0
     assert model.geom_size[mark][0] == 0.4
@@ -117,29 +107,19 @@ def test_only_the_robots_own_geoms_are_hidden_from_its_lidar(make_world, waffle)
 
 def test_what_was_compiled_before_is_a_model_of_its_own(make_world, waffle):
     """The same to the bit; what is changed in one does not show in another."""
-    world = make_world()
-    first, again = (compile_model(world, [RobotSpawn(waffle)]) for _ in range(2))
+    first, again = (compile_model(make_world(), [RobotSpawn(waffle)]) for _ in range(2))
     assert first is not again
-    assert [getattr(first, name).tobytes() for name in FIELDS] == (
-        [getattr(again, name).tobytes() for name in FIELDS]
-    )
+    for name in FIELDS:
+        assert getattr(first, name).tobytes() == getattr(again, name).tobytes()
     first.geom_friction[:] = 9.0
-    third = compile_model(world, [RobotSpawn(waffle)])
+    third = compile_model(make_world(), [RobotSpawn(waffle)])
     assert third.geom_friction.tobytes() == again.geom_friction.tobytes()
 
 
-def test_worlds_that_differ_are_compiled_by_themselves(make_world, waffle):
-    """However little: a robot at -0.0 stands elsewhere than one at 0.0, as far as bits go."""
-    places = [Spawn(x=x, y=0.0, yaw=0.0) for x in (0.0, -0.0, 0.25)]
-    models = [compile_model(make_world(), [RobotSpawn(waffle, spawn=place)]) for place in places]
-    x = [float(model.body(BASE).pos[0]) for model in models]
-    assert [str(number) for number in x] == ["0.0", "-0.0", "0.25"]
-
-
-def test_only_so_many_models_are_kept(make_world, waffle):
-    """A search goes through thousands of worlds."""
-    for number in range(12):
-        compile_model(
-            make_world(), [RobotSpawn(waffle, spawn=Spawn(x=0.01 * number, y=0.0, yaw=0.0))]
-        )
+def test_worlds_that_differ_are_compiled_alone_and_only_so_many_are_kept(make_world, waffle):
+    """However little: -0.0 is elsewhere than 0.0, to the bit. A search goes through thousands."""
+    places = [0.0, -0.0, 0.25, *(0.01 * number for number in range(1, 12))]
+    robots = [RobotSpawn(waffle, spawn=Spawn(x=x)) for x in places]
+    models = [compile_model(make_world(), [robot]) for robot in robots]
+    assert [str(float(model.body(BASE).pos[0])) for model in models] == [str(x) for x in places]
     assert len(physics._compiled) <= physics._MOST_KEPT

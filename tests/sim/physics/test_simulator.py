@@ -14,6 +14,7 @@ from sim.physics.prop_shapes import PropError
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.world import Spawn, World
+from tests.support.simulated import two
 
 STEP_NS = 50_000_000
 WORLD = World(name="hall", size=(8, 8), spawn=Spawn(x=1.0, y=-1.0, yaw=90.0))
@@ -28,7 +29,6 @@ class Gliding:
     def __init__(self, *, world: World, robot: Any, start: Any, seed: int) -> None:
         assert (world, robot, seed) == (WORLD, WAFFLE, 5)
         self._start = start
-        self.commands: list[tuple[float, float]] = []
         self.reset()
 
     def advance_to(self, time_ns: int, linear: float, angular: float) -> None:
@@ -36,13 +36,9 @@ class Gliding:
         while self.time_ns < time_ns:
             self.time_ns += STEP_NS
             x, y, yaw = self.pose
-            middle = yaw + angular * 0.025
-            way = linear * 0.05
-            self.pose: Any = (
-                x + way * math.cos(middle),
-                y + way * math.sin(middle),
-                yaw + angular * 0.05,
-            )
+            middle, way = yaw + angular * 0.025, linear * 0.05
+            x, y = x + way * math.cos(middle), y + way * math.sin(middle)
+            self.pose: Any = (x, y, yaw + angular * 0.05)
 
     def ranges(self) -> Any:
         """Return what it sees: walls, and nothing behind."""
@@ -105,57 +101,53 @@ def _raises(*_: Any) -> Any:
     raise RuntimeError("no battery")
 
 
+def _goes_to(offset_ns: int | None) -> Any:
+    """Advances to another time than the wanted one; None: to a time before the start."""
+    return lambda it, t, *_: setattr(it, "time_ns", -1 if offset_ns is None else t + offset_ns)
+
+
+def _stands_at(*pose: float) -> Any:
+    return property(lambda _: pose, lambda *_: None)
+
+
+OFF_START = "expected the start at (1, -1) m, 90 deg, got (0, 0) m, 0 deg"
+LATE = "0.05 s after its start: its time is late: expected 50,000,000 ns, got 0 ns"
+AHEAD = "its time is ahead: expected 50,000,000 ns, got 50,000,001 ns"
+BACK = "its time went back: expected 50,000,000 ns, got -1 ns"
+
+
 @pytest.mark.parametrize(
-    ("changes", "code", "message"),
+    ("name", "member", "code", "message"),
     [
-        ({"__init__": _raises}, "BT-811", "raised TypeError: _raises() got an unexpected"),
-        ({"step_ns": 0.05}, "BT-811", "step_ns must be a multiple of 5,000,000 ns, got 0.05"),
-        ({"step_ns": 7_000_000}, "BT-811", "step_ns must be a multiple of 5,000,000 ns, got 7"),
+        ("__init__", _raises, "BT-811", "raised TypeError: _raises() got an unexpected"),
+        ("step_ns", 0.05, "BT-811", "step_ns must be a multiple of 5,000,000 ns, got 0.05"),
+        ("step_ns", 7_000_000, "BT-811", "step_ns must be a multiple of 5,000,000 ns, got 7"),
+        ("step_ns", 40_000_000, "BT-811", "40 ms does not fit odometry_rate: a period of 50 ms"),
         (
-            {"step_ns": 40_000_000},
-            "BT-811",
-            "a step of 40 ms does not fit odometry_rate: a period of 50 ms",
-        ),
-        (
-            {"reset": lambda it: it.__dict__.update(time_ns=0, pose=(0, 0, 0))},
+            "reset",
+            lambda it: it.__dict__.update(time_ns=0, pose=(0, 0, 0)),
             "BT-812",
-            "expected the start at (1, -1) m, 90 deg, got (0, 0) m, 0 deg",
+            OFF_START,
         ),
-        (
-            {"advance_to": lambda it, t, *_: setattr(it, "time_ns", t - STEP_NS)},
-            "BT-812",
-            "0.05 s after its start: its time is late: expected 50,000,000 ns, got 0 ns",
-        ),
-        (
-            {"advance_to": lambda it, t, *_: setattr(it, "time_ns", t + 1)},
-            "BT-812",
-            "its time is ahead: expected 50,000,000 ns, got 50,000,001 ns",
-        ),
-        (
-            {"advance_to": lambda it, *_: setattr(it, "time_ns", -1)},
-            "BT-812",
-            "its time went back: expected 50,000,000 ns, got -1 ns",
-        ),
-        ({"advance_to": _raises}, "BT-812", "it raised RuntimeError: no battery (test_simulator."),
-        ({"pose": property(lambda _: (math.nan, 0, 0), lambda *_: None)}, "BT-812", "not finite"),
-        ({"pose": property(lambda _: (1, 2), lambda *_: None)}, "BT-812", "is not x, y and yaw"),
-        (
-            {"ranges": lambda _: [1.0] * 359},
-            "BT-812",
-            "expected 360 ranges, got an array of (359,)",
-        ),
-        ({"ranges": lambda _: [1.0, -2.0] * 180}, "BT-812", "range 1 is -2 m; expected 0 or more"),
-        ({"ranges": lambda _: [math.nan] * 360}, "BT-812", "range 0 is nan m"),
-        ({"ranges": lambda _: "far"}, "BT-812", "ranges() returned no list of numbers"),
+        ("advance_to", _goes_to(-STEP_NS), "BT-812", LATE),
+        ("advance_to", _goes_to(1), "BT-812", AHEAD),
+        ("advance_to", _goes_to(None), "BT-812", BACK),
+        ("advance_to", _raises, "BT-812", "it raised RuntimeError: no battery (test_simulator."),
+        ("pose", _stands_at(math.nan, 0, 0), "BT-812", "not finite"),
+        ("pose", _stands_at(1, 2), "BT-812", "is not x, y and yaw"),
+        ("ranges", lambda _: [1.0] * 359, "BT-812", "expected 360 ranges, got an array of (359,)"),
+        ("ranges", lambda _: [1.0, -2.0] * 180, "BT-812", "range 1 is -2 m; expected 0 or more"),
+        ("ranges", lambda _: [math.nan] * 360, "BT-812", "range 0 is nan m"),
+        ("ranges", lambda _: "far", "BT-812", "ranges() returned no list of numbers"),
     ],
 )
 def test_a_mistake_of_a_simulator_has_a_code_and_says_what_was_expected(
-    changes: dict[str, Any], code: str, message: str
+    name: str, member: Any, code: str, message: str
 ) -> None:
     """It never is a traceback."""
 
     def steps_and_looks() -> None:
-        simulation = simulated(**changes)
+        simulation = simulated(**{name: member})
         drive(simulation, 0.05)
         simulation.robots[0].scan(0)
 
@@ -169,9 +161,5 @@ def test_a_class_without_the_members_and_a_second_robot_are_refused() -> None:
     """With what is missing."""
     with pytest.raises(BtMissionError, match=r"Fake has no step_ns, time_ns, pose, advance_to"):
         simulated(type("Fake", (), {"__init__": lambda _, **__: None}))
-    robots = [
-        RobotSpawn(WAFFLE, "one", Spawn(x=-2)),
-        RobotSpawn(WAFFLE, "two", Spawn(x=2)),
-    ]
     with pytest.raises(BtMissionError, match="moves one robot, but there are 2"):
-        Simulation(WORLD, robots, seed=5, simulator=Gliding)
+        Simulation(WORLD, two(WAFFLE), seed=5, simulator=Gliding)

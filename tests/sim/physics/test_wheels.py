@@ -1,10 +1,12 @@
-"""Wheels that slip, block or have no power: what the robot does with them."""
+"""Wheels that slip, block or have no power, on the floor and on slippery places."""
 
 import math
 
 import pytest
 
 from sim.physics.wheels import LEAST
+
+ICE = {"name": "ice", "x": 0, "y": 0, "radius": 0.6, "friction": 0.02}
 
 
 @pytest.fixture
@@ -18,6 +20,31 @@ def driven(simulate, drive):
         return simulation
 
     return driven
+
+
+def test_wheels_spin_where_it_is_slippery(driven, drive):
+    """Starting on ice, odometry runs ahead of the truth; it does so again after a reset."""
+    ice, floor = driven(2.0, slippery=[ICE]), driven(2.0)
+    assert ice.odometry.x == pytest.approx(floor.odometry.x, abs=0.01)
+    assert floor.pose[0] == pytest.approx(floor.odometry.x, abs=0.001)
+    assert ice.pose[0] < 0.8 * ice.odometry.x
+    first = ice.pose
+    ice.physics.reset()
+    drive(ice, 2.0, linear=0.2)
+    assert ice.pose == first
+
+
+def test_beside_a_slippery_place_they_grip_as_ever(driven):
+    """A robot that does not come near drives as without it."""
+    away, floor = driven(2.0, 0.2, 0.3, slippery=[{**ICE, "y": 5}]), driven(2.0, 0.2, 0.3)
+    assert away.pose == pytest.approx(floor.pose, abs=1e-6)
+
+
+def test_the_lidar_does_not_see_a_slippery_place_and_nobody_runs_into_it(driven):
+    """It is a mark on the floor."""
+    simulation = driven(2.0, slippery=[{**ICE, "x": 0.5}])
+    assert not (simulation.scan(0) < 3.5).any()
+    assert simulation.collisions == 0
 
 
 def test_a_wheel_that_grips_less_turns_and_moves_less(driven):
@@ -39,9 +66,8 @@ def test_wheels_without_any_grip_spin_on_the_spot(driven):
 
 def test_on_a_slippery_place_the_lower_counts(driven):
     """A wheel at 0.5 on a puddle of 0.02 is as one without fault; at 0.001 it is not."""
-    puddle = {"name": "puddle", "x": 0, "y": 0, "radius": 3, "friction": 0.02}
     sound, worn, bare = (
-        driven(faults={"left_grip": grip, "right_grip": grip}, slippery=[puddle])
+        driven(faults={"left_grip": grip, "right_grip": grip}, slippery=[{**ICE, "radius": 3}])
         for grip in (1.0, 0.5, 0.001)
     )
     assert worn.pose == pytest.approx(sound.pose, abs=0.01)
@@ -51,10 +77,8 @@ def test_on_a_slippery_place_the_lower_counts(driven):
 def test_without_friction_at_all_the_physics_stays_stable(driven):
     """A place with none is one with the least that MuJoCo can do with."""
     ice, least = (
-        driven(
-            12.0, 0.2, 0.5, slippery=[{"name": "ice", "x": 0, "y": 0, "radius": 9, "friction": f}]
-        )
-        for f in (0, LEAST)
+        driven(12.0, 0.2, 0.5, slippery=[{**ICE, "radius": 9, "friction": friction}])
+        for friction in (0, LEAST)
     )
     assert ice.pose == least.pose
 
@@ -72,33 +96,25 @@ def test_a_blocked_wheel_does_not_turn(driven):
     assert left_wheel == pytest.approx((0, 0.144), abs=0.02)
 
 
-def test_with_both_blocked_it_stands(driven):
+@pytest.mark.parametrize("command", [(0.26, 0.0), (0.0, 1.8), (-0.2, 1.0)])
+def test_with_both_blocked_it_stands(driven, command):
     """Whatever is commanded: less than a tenth of a millimetre, a hundredth of a degree."""
-    both = {"left_blocked": True, "right_blocked": True}
-    for command in ((0.26, 0.0), (0.0, 1.8), (-0.2, 1.0)):
-        broken = driven(5.0, *command, faults=both)
-        assert math.hypot(*broken.pose[:2]) < 1e-4
-        assert abs(broken.pose[2]) < math.radians(0.01)
+    broken = driven(5.0, *command, faults={"left_blocked": True, "right_blocked": True})
+    assert math.hypot(*broken.pose[:2]) < 1e-4
+    assert abs(broken.pose[2]) < math.radians(0.01)
 
 
-def test_mended_it_drives_on(driven, drive):
-    """At the commanded speed, as exactly as before."""
-    simulation = driven(2.0, faults={"left_blocked": True, "right_grip": 0.1})
-    simulation.faults.clear("wheels")
-    drive(simulation, 2.0, 0.2)
-    assert simulation.velocity == pytest.approx((0.2, 0), abs=1e-3)
-
-
-def test_without_power_a_blocked_wheel_stays_blocked(driven):
-    """The motors off and on again."""
-    simulation = driven(1.0, faults={"left_blocked": True})
+def test_without_power_a_blocked_wheel_stays_blocked_until_it_is_mended(driven, drive):
+    """The motors off and on again; then it drives at the commanded speed, as exactly as before."""
+    simulation = driven(1.0, faults={"left_blocked": True, "right_grip": 0.1})
     simulation.power_motors(on=False)
     simulation.power_motors(on=True)
     before = simulation.wheels[0][0]
-    for _ in range(40):
-        simulation.command(0.2, 0.0)
-        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
+    drive(simulation, 2.0, 0.2)
     assert simulation.wheels[0][0] == pytest.approx(before, abs=1e-3)
+    simulation.faults.clear("wheels")
+    drive(simulation, 2.0, 0.2)
+    assert simulation.velocity == pytest.approx((0.2, 0), abs=1e-3)
 
 
 def test_faults_come_and_go_in_the_run_and_repeat(driven, drive):

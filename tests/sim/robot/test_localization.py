@@ -16,20 +16,21 @@ START_NS = 1_000_000_000
 def drive(error, seconds=400, seed=1):
     """Drive straight on at 0.25 m/s; returns the error of the place on the map at each 0.1 s."""
     localization = Localization(error, seed, "")
-    results = []
-    for step in range(seconds * 10):
-        x = step * 0.025
-        place = localization.map_to_odom((x, 0.0, 0.0), (x, 0.0, 0.0), START_NS + step * 10**8)
-        results.append(place)
-    return results
+    return [
+        localization.map_to_odom(
+            (step * 0.025, 0, 0), (step * 0.025, 0, 0), START_NS + step * 10**8
+        )
+        for step in range(seconds * 10)
+    ]
 
 
-def test_without_an_error_it_is_the_truth():
-    """Also where odometry has drifted."""
-    localization = Localization(None, 1, "")
-    assert localization.map_to_odom((2.0, 1.0, 0.5), (1.5, 1.0, 0.5), 0) == pytest.approx(
-        (0.5, 0, 0)
-    )
+def test_without_an_error_it_takes_odometry_to_the_truth():
+    """Odometry's pose, seen through map to odom, is the true pose."""
+    pose, odom = (1.0, 2.0, 0.7), (0.3, -0.4, -0.2)
+    x, y, yaw = Localization(None, 1, "").map_to_odom(pose, odom, 0)
+    assert x + math.cos(yaw) * odom[0] - math.sin(yaw) * odom[1] == pytest.approx(pose[0])
+    assert y + math.sin(yaw) * odom[0] + math.cos(yaw) * odom[1] == pytest.approx(pose[1])
+    assert yaw + odom[2] == pytest.approx(pose[2])
 
 
 def test_between_updates_it_goes_by_odometry():

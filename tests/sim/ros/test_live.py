@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from types import SimpleNamespace
 from typing import Any
@@ -24,20 +25,22 @@ from simulation_interfaces.srv import SetSimulationState
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from sim.physics.spawn import RobotSpawn
-from sim.ros.live import FASTEST, CommandWatch, SpeedError, check_speed, main
+from sim.ros.live import FASTEST, CommandWatch, main
 from sim.ros.node import SimOptions
 from tests.support.thorough import sample
 
-LIVE = """
+PROGRAM = """
 import sys
 from bt_mission.core.robot.model import load_robot
-from sim.physics.spawn import RobotSpawn
+from sim.physics.spawn import RobotSpawn, read
 from sim.ros.live import main
 from sim.ros.node import SimOptions
-robots = [RobotSpawn(load_robot("waffle"))]
 options = SimOptions(seed=3, camera=False)
-sys.exit(main(world="dqn_stage1", robots=robots, options=options, speed=2.0))
+start = {{"world": "dqn_stage1", "robots": {robots}, "options": options, "speed": {speed}}}
+sys.exit(main(**start, ros_args=sys.argv[1:]))
 """
+
+ALONE = '[RobotSpawn(load_robot("waffle"))]'
 
 pytestmark = pytest.mark.process
 
@@ -61,33 +64,55 @@ def beside():
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = before
 
 
+class Live:
+    """A simulator in a process of its own."""
+
+    def __init__(self, process: subprocess.Popen[str], executor: Any) -> None:
+        self.process, self._executor = process, executor
+
+    def serve_until(self, is_so: Callable[[], object]) -> None:
+        """Serve the node beside it while it lives."""
+        while not is_so():
+            assert self.process.poll() is None
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def end(self, number: int = signal.SIGINT) -> str:
+        """End it by a signal, and return what it has written; it ends with 0."""
+        self.process.send_signal(number)
+        _, output = self.process.communicate()
+        assert self.process.returncode == 0
+        return output
+
+
 @pytest.fixture
-def live(beside):
-    """The simulator, started beside; killed if it does not end by itself."""
-    with (
-        subprocess.Popen(
-            [sys.executable, "-c", LIVE], stderr=subprocess.PIPE, text=True
-        ) as process,
-        ExitStack() as last,
-    ):
-        last.callback(process.kill)  # a failed assertion must not wait for it
-        yield process
-        process.kill()
+def start(beside):
+    """Starts simulators, and kills what has not ended when the test has."""
+    _, executor = beside
+    with ExitStack() as stack:
+
+        def start(*ros_args: str, robots: str = ALONE, speed: float = 1.0) -> Live:
+            code = PROGRAM.format(robots=robots, speed=speed)
+            command = [sys.executable, "-c", code, *ros_args]
+            process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+            stack.enter_context(process)
+            stack.callback(process.kill)  # a failed assertion must not wait for it
+            return Live(process, executor)
+
+        yield start
 
 
 @pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], every=2))
-def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
+def test_it_runs_and_ends_cleanly_on_a_signal(beside, start, number):
     """/clock runs, parameters are described, and a signal ends it with 0 and no traceback.
 
     In a pause it repeats its time, for those that subscribe then.
     """
     node, executor = beside
+    live = start(speed=2.0)
     clocks: list[Clock] = []
     node.create_subscription(Clock, "clock", clocks.append, 10)
     client = node.create_client(DescribeParameters, "bt_mission_sim/describe_parameters")
-    while len(clocks) < 20 or not client.service_is_ready():
-        assert live.poll() is None
-        executor.spin_once(timeout_sec=0.1)
+    live.serve_until(lambda: len(clocks) >= 20 and client.service_is_ready())
     asked = client.call_async(DescribeParameters.Request(names=["speed", "world"]))
     executor.spin_until_future_complete(asked)
     speed, world = asked.result().descriptors
@@ -95,22 +120,55 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     assert (world.description, world.read_only) == ("Name of the world.", True)
     assert clocks[-1].clock.sec >= 1
     pause = node.create_client(SetSimulationState, "bt_mission_sim/set_simulation_state")
-    while not pause.service_is_ready():
-        executor.spin_once(timeout_sec=0.1)
+    live.serve_until(pause.service_is_ready)
     request = SetSimulationState.Request()
     request.state.state = SimulationState.STATE_PAUSED
     executor.spin_until_future_complete(pause.call_async(request))
     late: list[Clock] = []
     node.create_subscription(Clock, "clock", late.append, 10)
-    while len(late) < 2:
-        assert live.poll() is None
-        executor.spin_once(timeout_sec=0.1)
+    live.serve_until(lambda: len(late) >= 2)
     assert late[-1] == late[-2]
-    live.send_signal(number)
-    _, output = live.communicate()
-    assert live.returncode == 0
+    output = live.end(number)
     assert "Traceback" not in output
     assert "waffle in dqn_stage1, seed 3, speed 2" in output
+
+
+def test_several_robots_live_under_their_names(beside, start):
+    """Scans of both come, from one process with one clock."""
+    node, _ = beside
+    scans: set[str] = set()
+    for name in ("one", "two"):
+        node.create_subscription(
+            LaserScan,
+            f"{name}/scan",
+            lambda _, name=name: scans.add(name),
+            qos_profile_sensor_data,
+        )
+    live = start(robots='[read("one=waffle@-1,0"), read("two=burger@1,0,180")]', speed=5.0)
+    live.serve_until(lambda: scans == {"one", "two"})
+    assert "one (waffle), two (burger) in dqn_stage1, seed 3, speed 5" in live.end()
+
+
+def test_who_commands_in_vain_is_named(beside, start):
+    """A node that publishes Twist where the robot takes TwistStamped; the remapped topic too."""
+    node, _ = beside
+    node.create_publisher(Twist, "drive", 10)
+    live = start("-r", "cmd_vel:=drive", "-r", "__node:=world")
+    output = next(line for line in live.process.stderr if "/beside publishes" in line)
+    live.serve_until(lambda: ("world", "/") in node.get_node_names_and_namespaces())
+    assert (
+        "[world]: /drive: /beside publishes geometry_msgs/msg/Twist, but the robot takes" in output
+    )
+    assert "--cmd-vel-type plain" in output
+
+
+def test_commands_of_the_type_that_a_parameter_names_are_taken(beside, start):
+    """As a launch file sets it."""
+    node, _ = beside
+    commands = node.create_publisher(Twist, "cmd_vel", 10)
+    live = start("-p", "cmd_vel_type:=plain", "-p", "speed:=4.0", "--log-level", "warn")
+    live.serve_until(commands.get_subscription_count)
+    assert live.end() == ""
 
 
 @pytest.mark.parametrize(
@@ -118,7 +176,12 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     [
         ({"world": "nowhere"}, "no such world"),
         ({"robots": []}, "expected 1 to 16 robots in a world, got 0"),
-        ({"speed": 0.0}, "expected a speed from 0.01 to 1000, got 0.0"),
+        ({"ros_args": ["-p", "speed:=0.0"]}, "speed"),
+        ({"ros_args": ["-p", "cmd_vel_type:=twist"]}, "cmd_vel_type"),
+        *(
+            ({"speed": speed}, r"expected a speed from 0\.01 to 1000, got")
+            for speed in (0.0, -1.0, float("nan"), 2 * FASTEST)
+        ),
     ],
 )
 def test_what_cannot_be_started_is_refused(wrong, words):
@@ -126,87 +189,6 @@ def test_what_cannot_be_started_is_refused(wrong, words):
     options = {"world": "dqn_stage1", "robots": [WAFFLE], "options": SimOptions(seed=0)} | wrong
     with pytest.raises(BtMissionError, match=words):
         main(**options)
-
-
-TWO = """
-import sys
-from sim.physics.spawn import read
-from sim.ros.live import main
-from sim.ros.node import SimOptions
-robots = [read("one=waffle@-1,0"), read("two=burger@1,0,180")]
-options = SimOptions(seed=0, camera=False)
-sys.exit(main(world="dqn_stage1", robots=robots, options=options, speed=5.0))
-"""
-
-
-def test_several_robots_live_under_their_names(beside):
-    """Scans of both come, from one process with one clock."""
-    node, executor = beside
-    scans: list[str] = []
-    for name in ("one", "two"):
-        node.create_subscription(
-            LaserScan,
-            f"{name}/scan",
-            lambda _, name=name: scans.append(name),
-            qos_profile_sensor_data,
-        )
-    with (
-        subprocess.Popen([sys.executable, "-c", TWO], stderr=subprocess.PIPE, text=True) as process,
-        ExitStack() as last,
-    ):
-        last.callback(process.kill)  # a failed assertion must not wait for it
-        while set(scans) != {"one", "two"}:
-            assert process.poll() is None
-            executor.spin_once(timeout_sec=0.1)
-        process.send_signal(signal.SIGINT)
-        _, output = process.communicate()
-    assert process.returncode == 0
-    assert "one (waffle), two (burger) in dqn_stage1, seed 0, speed 5" in output
-
-
-@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), 2 * FASTEST])
-def test_a_useless_speed_is_refused(speed):
-    """The message gives both bounds."""
-    with pytest.raises(SpeedError, match=r"expected a speed from 0\.01 to 1000, got"):
-        check_speed(speed)
-
-
-PATROL = """
-import sys
-from bt_mission.core.robot.model import load_robot
-from sim.physics.spawn import RobotSpawn
-from sim.ros.live import main
-from sim.ros.node import SimOptions
-from tests.support.thorough import sample
-from tests.support.thorough import sample
-robots = [RobotSpawn(load_robot("waffle"))]
-options = SimOptions(seed=0, camera=False)
-sys.exit(main(world="dqn_stage1", robots=robots, options=options, ros_args=sys.argv[1:]))
-"""
-
-
-def test_who_commands_in_vain_is_named(beside):
-    """A node that publishes Twist where the robot takes TwistStamped; the remapped topic too."""
-    node, executor = beside
-    node.create_publisher(Twist, "drive", 10)
-    remapped = ["-r", "cmd_vel:=drive", "-r", "__node:=world"]
-    with (
-        subprocess.Popen(
-            [sys.executable, "-c", PATROL, *remapped], stderr=subprocess.PIPE, text=True
-        ) as process,
-        ExitStack() as last,
-    ):
-        last.callback(process.kill)  # a failed assertion must not wait for it
-        stderr = process.stderr
-        assert stderr is not None
-        output = next(line for line in stderr if "/beside publishes" in line)
-        while ("world", "/") not in node.get_node_names_and_namespaces():
-            assert process.poll() is None
-            executor.spin_once(timeout_sec=0.1)
-    assert (
-        "[world]: /drive: /beside publishes geometry_msgs/msg/Twist, but the robot takes" in output
-    )
-    assert "--cmd-vel-type plain" in output
 
 
 def said_at_each_look(names: list[tuple[str, str]]) -> tuple[list[int], list[str]]:
@@ -229,48 +211,20 @@ def said_at_each_look(names: list[tuple[str, str]]) -> tuple[list[int], list[str
     return counts, reports
 
 
-@pytest.mark.parametrize(("name", "who"), [("late", "/late"), (None, "a node with unknown name")])
-def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
+UNKNOWN = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
+
+
+@pytest.mark.parametrize(
+    ("names", "counts", "who"),
+    [
+        ([UNKNOWN, *[("late", "/")] * 3], [0, 1, 1, 1], "/late"),
+        ([UNKNOWN] * 4, [0, 1, 1, 1], "a node with unknown name"),
+        ([UNKNOWN, ("one", "/"), UNKNOWN, ("two", "/")], [0, 1, 1, 2], "/one"),
+    ],
+    ids=["a name that comes late", "no name", "another one without a name for a while"],
+)
+def test_a_node_without_a_name_is_told_of_at_the_second_look(names, counts, who):
     """The graph may learn of a publisher before it learns of its node; each is told of once."""
-    unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
-    counts, reported = said_at_each_look([unknown, *([(name, "/") if name else unknown] * 3)])
-    assert counts == [0, 1, 1, 1]
+    counted, reported = said_at_each_look(names)
+    assert counted == counts
     assert f"/cmd_vel: {who} publishes geometry_msgs/msg/Twist, but" in reported[0]
-
-
-def test_another_node_without_a_name_has_a_second_look_of_its_own():
-    """Though one before it had none, either, for a while."""
-    unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
-    assert said_at_each_look([unknown, ("one", "/"), unknown, ("two", "/")])[0] == [0, 1, 1, 2]
-
-
-def test_commands_of_the_type_that_a_parameter_names_are_taken(beside):
-    """As a launch file sets it."""
-    node, executor = beside
-    commands = node.create_publisher(Twist, "cmd_vel", 10)
-    arguments = ["-p", "cmd_vel_type:=plain", "-p", "speed:=4.0", "--log-level", "warn"]
-    with (
-        subprocess.Popen(
-            [sys.executable, "-c", PATROL, *arguments], stderr=subprocess.PIPE, text=True
-        ) as process,
-        ExitStack() as last,
-    ):
-        last.callback(process.kill)  # a failed assertion must not wait for it
-        while not commands.get_subscription_count():
-            assert process.poll() is None
-            executor.spin_once(timeout_sec=0.1)
-        process.send_signal(signal.SIGINT)
-        _, output = process.communicate()
-    assert (process.returncode, output) == (0, "")
-
-
-@pytest.mark.parametrize("given", ["speed:=0.0", "cmd_vel_type:=twist"])
-def test_a_parameter_out_of_its_range_is_refused(given):
-    """By an error of ours."""
-    with pytest.raises(BtMissionError, match=given.partition(":=")[0]):
-        main(
-            world="dqn_stage1",
-            robots=[WAFFLE],
-            options=SimOptions(seed=0, camera=False),
-            ros_args=["-p", given],
-        )

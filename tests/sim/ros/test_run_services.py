@@ -1,5 +1,7 @@
 """The standard services for the run of a simulation, to the step of the physics."""
 
+from typing import Any
+
 import pytest
 from rclpy.action import ActionClient
 from simulation_interfaces import srv
@@ -11,8 +13,9 @@ from sim.ros.run_control import RunState
 from sim.ros.run_services import MOST_STEPS, Scope, Transition
 from tests.sim.ros.conftest import result_of
 
-S, MS = 1_000_000_000, 1_000_000
+MS = 1_000_000
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
+OK = (Code.OK, "")
 
 
 @pytest.fixture
@@ -55,20 +58,15 @@ def test_the_features_are_told_in_every_state(sim):
     assert sim.ask("GetSimulatorFeatures").features == output
 
 
-def test_it_plays_from_the_start(sim):
-    """As a simulator that is started by hand always has."""
-    assert sim.state == PLAYING
-    assert clocks(sim)[-1] == 1500
-
-
 def test_paused_time_stands_and_is_not_made_up_for(sim):
-    """Nothing is published; then it goes on from there."""
-    assert sim.set_state(PAUSED) == (Code.OK, "")
+    """It plays from the start. In a pause nothing is published; then it goes on from there."""
+    assert (sim.state, clocks(sim)[-1]) == (PLAYING, 1500)
+    assert sim.set_state(PAUSED) == OK
     assert sim.state == PAUSED
     received = len(sim.stage.received)
     sim.wait(100.0)
     assert (sim.node.clock_ns, len(sim.stage.received)) == (1500 * MS, received)
-    assert sim.set_state(PLAYING) == (Code.OK, "")
+    assert sim.set_state(PLAYING) == OK
     sim.wait(0.25)
     assert clocks(sim)[-5:] == [1550, 1600, 1650, 1700, 1750]
 
@@ -76,7 +74,7 @@ def test_paused_time_stands_and_is_not_made_up_for(sim):
 def test_stopped_it_is_as_at_the_start(sim):
     """Time and everything else is put back at once; what follows repeats the start."""
     scans = [message.ranges for message in sim.stage.messages("scan")]
-    assert sim.set_state(STOPPED) == (Code.OK, "")
+    assert sim.set_state(STOPPED) == OK
     assert (sim.state, sim.node.clock_ns, clocks(sim)[-1]) == (STOPPED, 1000 * MS, 1000)
     sim.stage.received.clear()
     sim.wait(5.0)
@@ -88,12 +86,12 @@ def test_stopped_it_is_as_at_the_start(sim):
 
 
 def test_from_stopped_it_may_be_paused(sim):
-    """Which starts it without a step."""
+    """Which starts it without a step; a request of steps that says no number is for one."""
     sim.set_state(STOPPED)
-    assert sim.set_state(PAUSED) == (Code.OK, "")
-    answer = sim.begin("StepSimulation", steps=1)
+    assert sim.set_state(PAUSED) == OK
+    answer = sim.begin("StepSimulation")
     sim.wait(0.1)
-    assert (result_of(answer.result()), sim.node.clock_ns) == ((Code.OK, ""), 1005 * MS)
+    assert (result_of(answer.result()), sim.node.clock_ns) == (OK, 1005 * MS)
 
 
 @pytest.mark.parametrize(
@@ -124,26 +122,21 @@ def test_while_it_quits_everything_is_refused(sim):
 
 
 def test_steps_are_done_at_the_pace_of_the_simulation(sim):
-    """Ten of 5 ms take 50 ms; the answer comes with the last, and then it is paused."""
+    """Ten of 5 ms take 50 ms; the answer comes with the last, and then it is paused.
+
+    Another request is refused meanwhile.
+    """
     sim.set_state(PAUSED)
     answer = sim.begin("StepSimulation", steps=10)
     assert not answer.done()
     assert sim.state == PLAYING
+    assert result_of(sim.ask("StepSimulation", steps=10))[0] == Code.OPERATION_FAILED
     sim.wait(0.045)
     assert (answer.done(), sim.node.clock_ns) == (False, 1545 * MS)
     sim.wait(0.005)
-    assert result_of(answer.result()) == (Code.OK, "")
+    assert result_of(answer.result()) == OK
     sim.wait(3.0)
     assert (sim.node.clock_ns, sim.state) == (1550 * MS, PAUSED)
-
-
-def test_a_step_is_asked_for_where_nothing_is_said(sim):
-    """The standard's default."""
-    sim.set_state(PAUSED)
-    answer = sim.begin("StepSimulation")
-    sim.wait(0.1)
-    assert result_of(answer.result()) == (Code.OK, "")
-    assert sim.node.clock_ns == 1505 * MS
 
 
 @pytest.mark.parametrize(
@@ -167,31 +160,17 @@ def test_steps_that_cannot_be_are_refused(sim, steps, state, words):
 
 
 @pytest.mark.parametrize(
-    ("state", "words"),
-    [
-        (PAUSED, "given up after 4 of 100 steps: the simulation is paused now"),
-        (STOPPED, "given up after 4 of 100 steps: the simulation is stopped now"),
-        (QUITTING, "given up after 4 of 100 steps: the simulation is quitting now"),
-    ],
+    ("state", "name"), [(PAUSED, "paused"), (STOPPED, "stopped"), (QUITTING, "quitting")]
 )
-def test_another_state_ends_steps_under_way(sim, state, words):
+def test_another_state_ends_steps_under_way(sim, state, name):
     """Whoever waits for them learns how many there were."""
     sim.set_state(PAUSED)
     answer = sim.begin("StepSimulation", steps=100)
     sim.wait(0.02)
     assert sim.set_state(state)[0] == Code.OK
+    words = f"given up after 4 of 100 steps: the simulation is {name} now"
     assert result_of(answer.result()) == (Code.OPERATION_FAILED, words)
     assert sim.state == state
-
-
-def test_two_cannot_step_at_a_time(sim):
-    """The second is refused, the first goes on."""
-    sim.set_state(PAUSED)
-    first = sim.begin("StepSimulation", steps=10)
-    assert result_of(sim.ask("StepSimulation", steps=10))[0] == Code.OPERATION_FAILED
-    sim.wait(1.0)
-    assert result_of(first.result()) == (Code.OK, "")
-    assert sim.node.clock_ns == 1550 * MS
 
 
 def send_steps(sim, steps: int):
@@ -215,7 +194,7 @@ def test_the_action_tells_each_step(sim):
     sim.set_state(PAUSED)
     _, result, progress = send_steps(sim, 3)
     sim.wait(0.5)
-    assert (result.result().status, result_of(result.result().result)) == (4, (Code.OK, ""))
+    assert (result.result().status, result_of(result.result().result)) == (4, OK)
     assert progress == [(1, 2), (2, 1), (3, 0)]
     assert (sim.node.clock_ns, sim.state) == (1515 * MS, PAUSED)
 
@@ -252,12 +231,17 @@ def drive(sim) -> None:
         sim.wait(0.05)
 
 
+def crate_in(sim, x: float = 3.0, edge: float = 0.2) -> Any:
+    """A crate that is put into the world."""
+    return sim.node.physics.props.place("crate", x, 0.0, size=(edge, edge, edge))
+
+
 @pytest.mark.parametrize("scope", [0, 255, 7])
 def test_all_is_reset_and_it_plays_on(sim, scope):
     """Time, poses and what was spawned; the clock is told at once."""
-    sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
+    crate_in(sim)
     drive(sim)
-    assert result_of(sim.ask("ResetSimulation", scope=scope)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=scope)) == OK
     assert (sim.node.clock_ns, clocks(sim)[-1], sim.state) == (1000 * MS, 1000, PLAYING)
     assert sim.node.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-6)
     assert len(sim.node.physics.props) == 0
@@ -269,7 +253,7 @@ def test_time_alone_is_reset(sim):
     """The robot drives on, and its commands count from their stamps, on the new clock."""
     drive(sim)
     x = sim.node.robots[0].pose[0]
-    assert result_of(sim.ask("ResetSimulation", scope=Scope.TIME)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=Scope.TIME)) == OK
     assert (sim.node.clock_ns, sim.node.robots[0].pose[0]) == (1000 * MS, x)
     assert sim.node.robots[0].velocity[0] == pytest.approx(0.2, abs=0.01)
     sim.wait(0.1)
@@ -279,11 +263,11 @@ def test_time_alone_is_reset(sim):
 
 def test_the_state_alone_is_reset(sim):
     """Time goes on; what was spawned stands where it was put."""
-    crate = sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
+    crate = crate_in(sim)
     crate.move_at(0.0, 0.5)
     drive(sim)
     assert crate.position == pytest.approx((3.0, 0.25))
-    assert result_of(sim.ask("ResetSimulation", scope=Scope.STATE)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=Scope.STATE)) == OK
     assert sim.node.clock_ns == 2000 * MS
     assert sim.node.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-6)
     assert (crate.is_placed, crate.position, crate.velocity) == (True, (3.0, 0.0), (0.0, 0.0))
@@ -293,7 +277,7 @@ def test_what_stands_where_a_robot_starts_is_deleted_and_told(sim):
     """Else the robot would be inside of it."""
     drive(sim)
     drive(sim)
-    sim.node.physics.props.place("crate", -0.15, 0.0, size=(0.1, 0.1, 0.1))
+    crate_in(sim, -0.15, 0.1)
     answer = sim.ask("ResetSimulation", scope=Scope.STATE)
     assert result_of(answer) == (Code.OK, "no room any more, so deleted: crate")
     assert len(sim.node.physics.props) == 0
@@ -301,10 +285,10 @@ def test_what_stands_where_a_robot_starts_is_deleted_and_told(sim):
 
 def test_what_was_spawned_alone_is_deleted(sim):
     """Nothing else changes."""
-    sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
+    crate_in(sim)
     drive(sim)
     pose = sim.node.robots[0].pose
-    assert result_of(sim.ask("ResetSimulation", scope=Scope.SPAWNED)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=Scope.SPAWNED)) == OK
     assert (sim.node.clock_ns, sim.node.robots[0].pose) == (2000 * MS, pose)
     assert len(sim.node.physics.props) == 0
 

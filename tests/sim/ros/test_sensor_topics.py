@@ -9,7 +9,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from bt_mission.core.robot.model import load_robot
 from sim.ros.sensor_topics import empty_message
-from sim.sensors.camera import CameraInfoSensor, CameraSensor
+from sim.sensors.camera import CameraInfoSensor
 from sim.sensors.imu import Imu
 from sim.sensors.kinds import sensors_of
 from sim.sensors.lidar import LidarSensor
@@ -60,14 +60,6 @@ def test_scan_covers_a_full_turn_less_one_step(simulate):
     assert message.angle_max == pytest.approx(math.radians(359))
     assert (message.range_min, message.range_max) == pytest.approx((0.12, 3.5))
     assert len(message.ranges) == 360
-
-
-def test_image_is_rgb8(simulate):
-    """Three bytes a pixel."""
-    message = empty_message(simulate().sensor(CameraSensor), Time())
-    form = message.width, message.height, message.encoding, message.step
-    assert form == (320, 240, "rgb8", 960)
-    assert len(message.data) == 320 * 240 * 3
 
 
 def test_camera_info_is_a_pinhole(simulate):

@@ -1,13 +1,18 @@
-"""The standard services for the world of a simulation."""
+"""The world of a simulation: the standard services for it, and its zones as markers."""
 
 import math
 from pathlib import Path
 
 import pytest
+from builtin_interfaces.msg import Time
 from simulation_interfaces.msg import Bounds, TagsFilter
+from visualization_msgs.msg import Marker
 
 from bt_mission.core.files import find, names
 from sim.ros.requests import Code
+from sim.ros.world_messages import zone_markers
+from sim.world.loader import load_world
+from sim.world.world import World
 from tests.sim.ros.conftest import result_of
 
 WORLD = {
@@ -68,8 +73,26 @@ def test_room_at_a_place(sim):
     zone = sim.ask("GetNamedPoseBounds", name="dock").bounds
     assert (zone.type, zone.points[1].x) == (Bounds.TYPE_SPHERE, 0.3)
     assert sim.ask("GetNamedPoseBounds", name="spawn").bounds.type == Bounds.TYPE_EMPTY
-    result, text = result_of(sim.ask("GetNamedPoseBounds", name="nowhere"))
-    assert (result, text) == (
-        Code.NOT_FOUND,
-        "no pose has the name 'nowhere'; there are spawn, dock",
-    )
+    text = "no pose has the name 'nowhere'; there are spawn, dock"
+    answer = sim.ask("GetNamedPoseBounds", name="nowhere")
+    assert result_of(answer) == (Code.NOT_FOUND, text)
+
+
+def test_a_zone_is_a_disc_with_a_name():
+    """On the map, of its size."""
+    zone = {"name": "A", "x": 1.0, "y": 2.0, "radius": 0.3, "colour": "green"}
+    world = World.model_validate({"name": "test", "size": [8, 8], "zones": [zone]})
+    disc, name = zone_markers(world, Time(sec=1)).markers
+    assert (disc.type, disc.header.frame_id, disc.scale.x) == (Marker.CYLINDER, "map", 0.6)
+    assert (disc.pose.position.x, disc.pose.position.y) == (1.0, 2.0)
+    assert disc.color.g > disc.color.r
+    assert (name.type, name.text) == (Marker.TEXT_VIEW_FACING, "A")
+
+
+def test_places_are_marked_beside_zones():
+    """With a smaller disc; each marker has another namespace or number."""
+    every = zone_markers(load_world("nav_arena"), Time(), {"dock": (0.5, 1.0)}).markers
+    disc, name = every[-2:]
+    assert (name.text, disc.pose.position.x, disc.pose.position.y) == ("dock", 0.5, 1.0)
+    assert disc.scale.x < every[0].scale.x
+    assert len({(marker.ns, marker.id) for marker in every}) == len(every) == 10

@@ -1,17 +1,18 @@
-"""Faults of sensors: each against the same run without it, in exact or bounded figures."""
+"""Faults of a robot's parts: as records, in readings against a run without them, on its topics."""
 
 import math
 
 import numpy as np
 import pytest
+from std_srvs.srv import Trigger
 
 from bt_mission.core.robot.model import SensorsModel
-from sim.faults import FaultError
-from sim.robot.robot import SimulatedRobot
+from sim.faults import FaultError, RobotFaultState, WheelFaults
+from sim.robot.robot import PARTS, SimulatedRobot
 from sim.sensors.camera import CameraFaults, PictureDistortion
 from sim.sensors.imu import Imu
-from sim.sensors.lidar import sector
-from tests.support.simulated import alone
+from sim.sensors.lidar import LidarFaults, sector
+from tests.support.simulated import alone, wait
 
 WALL = {"name": "wall", "from": [2, -6], "to": [2, 6], "thickness": 0.2}
 LEFT = {"name": "left", "from": [-6, 1], "to": [6, 1], "thickness": 0.2}
@@ -37,20 +38,98 @@ def pair(waffle, make_world):
 EXACT = {"lidar": {"noise": False}}
 
 
-def test_a_bias_is_on_every_distance(pair):
-    """30 cm too far, exactly; where there is nothing, there still is none."""
+# ---- records -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def wheels():
+    """What the wheels were told."""
+    return []
+
+
+@pytest.fixture
+def faults(wheels):
+    """Those of a robot with which nothing is wrong."""
+    return RobotFaultState(PARTS, wheels.append)
+
+
+def test_a_part_that_is_not_there_cannot_break(wheels):
+    """But all is mended as ever."""
+    faults = RobotFaultState(PARTS, wheels.append, {"camera": "a cart has no camera"})
+    with pytest.raises(FaultError, match=r"^a cart has no camera$"):
+        faults.set("camera", dead=True)
+    faults.clear()
+    assert faults.present == {}
+
+
+def test_what_is_not_named_stays_as_it_is(faults):
+    """Noise is set, then death; each is taken away again. Then it is none, by identity."""
+    assert faults.present == {}
+    faults.set("lidar", noise=0.1)
+    faults.set("lidar", dead=True)
+    assert faults["lidar"] == LidarFaults(noise=0.1, dead=True)
+    faults.set("lidar", dead=False)
+    assert faults.present == {"lidar": LidarFaults(noise=0.1)}
+    faults.set("lidar", noise=0.0)
+    assert faults["lidar"] is PARTS["lidar"]
+
+
+def test_a_part_is_mended_or_all(faults, wheels):
+    """The wheels are told of it, too."""
+    faults.set("lidar", noise=0.1)
+    faults.set("camera", black=True)
+    faults.set("wheels", left_blocked=True)
+    faults.clear("lidar")
+    assert faults.present == {
+        "camera": CameraFaults(black=True),
+        "wheels": WheelFaults(left_blocked=True),
+    }
+    faults.clear()
+    assert faults.present == {}
+    assert faults["camera"] is PARTS["camera"]
+    assert wheels == [WheelFaults(left_blocked=True), WheelFaults()]
+    with pytest.raises(FaultError, match="no part 'gripper' that can break"):
+        faults.clear("gripper")
+
+
+@pytest.mark.parametrize(
+    ("part", "changes", "expected"),
+    [
+        ("lidr", {}, r"no part 'lidr' that can break \(known: .*lidar, .*mean 'lidar'\?"),
+        (
+            "lidar",
+            {"nose": 1},
+            r"no fault 'nose' of the part 'lidar' \(known: dead, .*'noise'",
+        ),
+        ("lidar", {"noise": -0.1}, "lidar: noise: expected 0 to 10 m, got -0.1"),
+        ("lidar", {"noise": math.nan}, "lidar: noise: expected 0 to 10 m, got nan"),
+        ("lidar", {"noise": True}, "lidar: noise: expected 0 to 10 m, got True"),
+        ("lidar", {"dropout": 1.1}, "expected 0 to 1 of all rays, got 1.1"),
+        ("lidar", {"dead": 1}, "lidar: dead: expected True or False, got 1"),
+        ("lidar", {"sectors": (-20, 20)}, r"sectors: expected \(\(FROM, TO\), .*, got \(-20, 20\)"),
+        ("lidar", {"sectors": ((0, math.inf),)}, r"degrees from -360 to 360, left positive"),
+        ("odometry", {"drift": "fast"}, "odometry: drift: expected -10 to 10 m/s, got 'fast'"),
+        ("wheels", {"left_grip": 2}, r"left_grip: expected 0 to 1 \(1: as it is\), got 2"),
+    ],
+)
+def test_what_cannot_be_is_refused(faults, part, changes, expected):
+    """With what can; nothing has changed."""
+    with pytest.raises(FaultError, match=expected):
+        faults.set(part, **changes)
+    assert faults.present == {}
+
+
+# ---- readings ----------------------------------------------------------------------------
+
+
+def test_a_bias_is_on_every_distance_up_to_the_limits(pair):
+    """30 cm too far, exactly; nothing stays nothing; beyond 3.5 m inf, below 0.12 m 0."""
     broken, sound = pair(**EXACT)
     broken.faults.set("lidar", bias=0.3)
     seen, true = broken.scan(0), sound.scan(0)
     both = np.isfinite(seen)
     assert seen[both] == pytest.approx(true[both] + 0.3, abs=1e-6)
     assert np.isinf(seen[np.isinf(true)]).all()
-
-
-def test_a_bias_takes_the_lidar_to_its_limits(pair):
-    """Beyond 3.5 m it reads inf, below 0.12 m 0."""
-    broken, sound = pair(**EXACT)
-    true = sound.scan(0)
     broken.faults.set("lidar", bias=1.0)
     assert np.isinf(broken.scan(0)[true > 2.5]).all()
     broken.faults.set("lidar", bias=-1.0)
@@ -192,17 +271,14 @@ def test_a_reset_mends_all(simulate, drive):
 )
 def test_odometry_with_wrong_figures_is_off_by_a_factor(pair, drive, faults, ahead, turned):
     """Of the way ahead, and of a turn on the spot; the truth is as without."""
-    for command, factor in (((0.2, 0.0), ahead), ((0.0, 1.0), turned)):
+    for command, factor, reading in (((0.2, 0.0), ahead, "linear"), ((0.0, 1.0), turned, "yaw")):
         broken, sound = pair()
         broken.faults.set("odometry", **faults)
         for simulation in (broken, sound):
             drive(simulation, 2.0, *command)
         assert broken.pose == sound.pose
-        if command[1]:
-            assert broken.odometry.yaw == pytest.approx(factor * sound.odometry.yaw, rel=1e-3)
-        else:
-            result = broken.odometry.linear
-            assert result == pytest.approx(factor * sound.odometry.linear, rel=1e-3)
+        expected = factor * getattr(sound.odometry, reading)
+        assert getattr(broken.odometry, reading) == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_wheel_taken_for_larger_makes_a_straight_way_an_arc(pair, drive):
@@ -219,7 +295,7 @@ def test_odometry_that_drifts_moves_while_the_robot_stands(pair):
     broken.read_odometry()
     broken.faults.set("odometry", drift=0.01, turn_drift=9)
     for _ in range(200):
-        broken.physics.advance_to(broken.physics.time_ns + 50_000_000)
+        wait(broken, 0.05)
         broken.read_odometry()
     radius = 0.01 / math.radians(9)
     assert broken.odometry.yaw == pytest.approx(math.pi / 2, abs=1e-3)
@@ -238,14 +314,9 @@ def test_a_battery_is_emptied_or_filled(pair, drive):
     broken.charge_battery(0.5)
     assert broken.power_motors(on=True)
     assert broken.battery.percentage == 50
-
-
-@pytest.mark.parametrize("share", [-0.1, 1.1, math.nan])
-def test_a_charge_that_cannot_be_is_refused(pair, share):
-    """0 to 1."""
-    broken, _ = pair()
-    with pytest.raises(FaultError, match=f"expected a charge from 0 to 1, got {share:g}"):
-        broken.charge_battery(share)
+    for share in (-0.1, 1.1, math.nan):
+        with pytest.raises(FaultError, match=f"expected a charge from 0 to 1, got {share:g}"):
+            broken.charge_battery(share)
 
 
 def test_noise_of_a_picture_is_a_share_of_full_scale():
@@ -267,3 +338,88 @@ def test_a_black_picture_is_black():
     assert not picture.any()
     PictureDistortion(1, "").apply(CameraFaults(black=True, noise=0.1), picture, 0)
     assert picture.any()
+
+
+# ---- topics ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("part", "silent", "goes_on"),
+    [
+        ("lidar", {"scan"}, {"odom", "imu", "joint_states", "tf"}),
+        ("odometry", {"odom", "tf"}, {"scan", "imu", "joint_states", "ground_truth/odom"}),
+        ("imu", {"imu"}, {"scan", "odom", "joint_states", "tf"}),
+        ("joints", {"joint_states"}, {"scan", "odom", "imu", "tf"}),
+        ("camera", {"camera/camera_info", "camera/image_raw"}, {"scan", "odom"}),
+    ],
+)
+def test_a_dead_sensor_is_silent_and_comes_back(make_stage, make_world, part, silent, goes_on):
+    """For a second; the others go on, and afterwards it goes on, too, with stamps of its time."""
+    here = make_stage(make_world(walls=[WALL]), *silent, *goes_on)
+    here.run(2 * S)
+    here.received.clear()
+    here.sim.robots[0].faults.set(part, dead=True)
+    here.run(3 * S)
+    assert not any(here.messages(topic) for topic in silent)
+    assert all(len(here.messages(topic)) >= 10 for topic in goes_on)
+    here.sim.robots[0].faults.clear(part)
+    here.run(4 * S)
+    for topic in silent - {"tf"}:
+        assert here.messages(topic)[0].header.stamp.sec == 3
+
+
+@pytest.mark.parametrize("model", ["LDS-01", "LDS-02"])
+def test_a_frozen_lidar_repeats_its_scan_with_fresh_stamps(make_stage, make_world, waffle, model):
+    """The same ranges and another stamp each time, while the robot turns."""
+    robot = waffle.with_sensors(type(waffle.sensors).model_validate({"lidar": {"model": model}}))
+    here = make_stage(make_world(walls=[WALL]), "scan", robot=robot)
+    here.run(2 * S)
+    here.sim.robots[0].faults.set("lidar", frozen=True)
+    last = here.messages("scan")[-1].ranges.tobytes()
+    here.received.clear()
+    for tenth in range(20, 30):
+        here.command(0.0, 1.0)
+        here.run(tenth * S // 10)
+    scans = here.messages("scan")
+    assert len(scans) >= 9
+    assert {scan.ranges.tobytes() for scan in scans} == {last}
+    assert len({(scan.header.stamp.sec, scan.header.stamp.nanosec) for scan in scans}) == len(scans)
+
+
+def test_the_reset_service_mends_all_and_takes_props_away(make_stage, make_world):
+    """As at the start."""
+    here = make_stage(make_world(walls=[WALL]), "scan", props=1)
+    here.run(2 * S)
+    simulation = here.sim.robots[0]
+    simulation.faults.set("lidar", dead=True)
+    simulation.physics.props.place("box", 1.0, 0.0, radius=0.1)
+    client = here.ear.create_client(Trigger, "reset_simulation")
+    client.call_async(Trigger.Request())
+    here.clock.run_until_quiet()
+    assert simulation.faults.present == {}
+    assert not simulation.physics.props
+    here.received.clear()
+    here.run(3 * S)
+    assert here.messages("scan")
+
+
+@pytest.mark.parametrize(
+    ("faults", "check"),
+    [
+        ({"black": True}, lambda seen, before: not any(seen.data)),
+        ({"frozen": True}, lambda seen, before: seen.data == before.data),
+        ({"noise": 0.2}, lambda seen, before: seen.data != before.data),
+        ({}, lambda seen, before: seen.data != before.data),
+    ],
+)
+def test_a_camera_shows_black_or_the_last_or_noise(make_stage, make_world, faults, check):
+    """While the robot turns before a wall of several colours."""
+    boxes = [{"x": 1.5, "y": y / 2, "size": [0.1, 0.2, 0.4], "colour": "red"} for y in range(-3, 4)]
+    here = make_stage(make_world(boxes=boxes), "camera/image_raw")
+    here.run(15 * S // 10)
+    before = here.messages("camera/image_raw")[-1]
+    here.received.clear()
+    here.sim.robots[0].faults.set("camera", **faults)
+    here.command(0.0, 1.0)
+    here.run(17 * S // 10)
+    assert check(here.messages("camera/image_raw")[-1], before)

@@ -11,44 +11,34 @@ import pytest
 
 from sim.views import window
 from sim.views.window import DISPLAYS, NoDisplayError, Window, check_display
+from tests.support.simulated import wait
+
+REFUSING = SimpleNamespace(
+    init=lambda: False, get_error=lambda: (65550, b"X11: Failed to open display :99")
+)
 
 
-@pytest.fixture
-def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine without a desktop."""
+@pytest.mark.parametrize(
+    ("variable", "glfw", "expected"),
+    [
+        (None, None, r"no display here .*bt-mission watch.*--video"),
+        ("DISPLAY", REFUSING, r"can be opened \(X11: Failed to open display :99\)"),
+        ("WAYLAND_DISPLAY", None, "no window can be opened"),
+    ],
+    ids=["no display", "a display that does not answer", "no libraries of windows"],
+)
+def test_without_a_display_the_error_says_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, variable: str | None, glfw: Any, expected: str
+) -> None:
+    """In one line, with what GLFW says of it."""
     for name in DISPLAYS:
         monkeypatch.delenv(name, raising=False)
-
-
-@pytest.mark.usefixtures("no_display")
-def test_without_a_display_people_are_told_what_to_do() -> None:
-    """In one line."""
-    with pytest.raises(
-        NoDisplayError, match=r"no display here .*bt-mission watch.*--video"
-    ) as raised:
+    if variable:
+        monkeypatch.setenv(variable, "99")
+    monkeypatch.setitem(sys.modules, "glfw", glfw)
+    with pytest.raises(NoDisplayError, match=expected) as raised:
         check_display()
     assert "\n" not in str(raised.value)
-
-
-@pytest.mark.usefixtures("no_display")
-def test_a_display_that_does_not_answer_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What GLFW says of it is passed on."""
-    glfw: Any = SimpleNamespace(
-        init=lambda: False, get_error=lambda: (65550, b"X11: Failed to open display :99")
-    )
-    monkeypatch.setenv("DISPLAY", ":99")
-    monkeypatch.setitem(sys.modules, "glfw", glfw)
-    with pytest.raises(NoDisplayError, match=r"can be opened \(X11: Failed to open display :99\)"):
-        check_display()
-
-
-@pytest.mark.usefixtures("no_display")
-def test_a_machine_without_libraries_of_windows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Is one without a display."""
-    monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
-    monkeypatch.setitem(sys.modules, "glfw", None)
-    with pytest.raises(NoDisplayError, match="no window can be opened"):
-        check_display()
 
 
 class Viewer:
@@ -95,7 +85,7 @@ def test_it_shows_the_present(simulate, viewers: list[Viewer]) -> None:
     with closing(Window(simulation.physics)) as shown:
         for _ in range(20):
             simulation.command(0.2, 0.0)
-            simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
+            wait(simulation, 0.05)
         shown.look()
         (viewer,) = viewers
         assert np.array_equal(viewer.data.qpos, simulation.physics.data.qpos)

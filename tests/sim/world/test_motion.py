@@ -12,24 +12,33 @@ ROUND = Circling((1.0, 1.0), (0.0, 0.0), 80.0)
 WAY = Patrolling(((0.0, 0.0), (1.0, 0.0), (1.0, 0.5)), 0.1)
 
 
-def test_circling_comes_round_in_its_period():
-    """A quarter of 80 s is a quarter of the circle; after 80 s it is home."""
-    assert ROUND.at(0.0)[:2] == pytest.approx((1, 1))
-    assert ROUND.at(20.0)[:2] == pytest.approx((-1, 1))
-    assert ROUND.at(80.0)[:2] == pytest.approx((1, 1))
+PASSING = PassingCourse(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), 0.5)
+ROUND_S = (1.5 + math.sqrt(1.25)) / 0.1
 
 
-def test_a_period_below_zero_is_clockwise():
-    """The other way round."""
-    assert Circling((1.0, 1.0), (0.0, 0.0), -80.0).at(20.0)[:2] == pytest.approx((1, -1))
-
-
-def test_patrolling_goes_through_its_points_and_straight_back():
-    """1 m, 0.5 m and 1.118 m at 0.1 m/s."""
-    assert WAY.at(5.0) == pytest.approx((0.5, 0, 0.1, 0))
-    assert WAY.at(12.0) == pytest.approx((1, 0.2, 0, 0.1))
-    round_s = (1.5 + math.sqrt(1.25)) / 0.1
-    assert WAY.at(round_s + 5.0) == pytest.approx((0.5, 0, 0.1, 0))
+@pytest.mark.parametrize(
+    ("motion", "time_s", "place", "velocity"),
+    [
+        (ROUND, 0.0, (1, 1), None),
+        (ROUND, 20.0, (-1, 1), None),
+        (ROUND, 80.0, (1, 1), None),
+        (Circling((1.0, 1.0), (0.0, 0.0), -80.0), 20.0, (1, -1), None),
+        (WAY, 5.0, (0.5, 0), (0.1, 0)),
+        (WAY, 12.0, (1, 0.2), (0, 0.1)),
+        (WAY, ROUND_S + 5.0, (0.5, 0), (0.1, 0)),
+        (PASSING, 1.0, (0.5, 0), (0.5, 0)),
+        (PASSING, 3.0, (1, 0.5), (0, 0.5)),
+        (PASSING, 4.0, (1, 1), (0, 0)),
+        (PASSING, 1e6, (1, 1), (0, 0)),
+        (Drifting((1.0, 2.0), (0.5, -1.0)), 10.0, (6, -8), (0.5, -1)),
+        (Drifting((1.0, 2.0)), 1e6, (1, 2), (0, 0)),
+    ],
+)
+def test_it_is_at_a_place_at_a_time(motion, time_s, place, velocity):
+    """Round in a period (clockwise below 0), there and straight back, to an end, or straight on."""
+    x, y, *moves = motion.at(time_s)
+    assert (x, y) == pytest.approx(place)
+    assert velocity is None or moves == pytest.approx(velocity)
 
 
 @given(st.floats(0, 1e5), st.sampled_from([ROUND, WAY]))
@@ -43,20 +52,5 @@ def test_velocity_is_the_change_of_place(time_s, motion: Motion):
 
 def test_they_stay_where_they_say():
     """The reach of a circle is its extremes, that of a way its corners."""
-    radius = math.sqrt(2)
-    assert max(x for x, _ in ROUND.reach) == pytest.approx(radius)
+    assert max(x for x, _ in ROUND.reach) == pytest.approx(math.sqrt(2))
     assert WAY.reach == ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5))
-
-
-def test_a_way_with_an_end_is_stood_at():
-    """1 m and 1 m round a corner at 0.5 m/s; from 4 s on it stands at the last point."""
-    way = PassingCourse(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), 0.5)
-    assert way.at(1.0) == pytest.approx((0.5, 0, 0.5, 0))
-    assert way.at(3.0) == pytest.approx((1, 0.5, 0, 0.5))
-    assert way.at(4.0) == way.at(1e6) == (1.0, 1.0, 0.0, 0.0)
-
-
-def test_drifting_is_straight_on_or_standing():
-    """For ever."""
-    assert Drifting((1.0, 2.0), (0.5, -1.0)).at(10.0) == (6.0, -8.0, 0.5, -1.0)
-    assert Drifting((1.0, 2.0)).at(1e6) == (1.0, 2.0, 0.0, 0.0)

@@ -1,11 +1,37 @@
-"""The map of a world, cell by cell."""
+"""Distances to shapes, and the map of a world made of them, cell by cell."""
+
+import math
 
 import numpy as np
 import pytest
 
 from sim.world.loader import load_world
 from sim.world.occupancy import OCCUPIED, rasterise
+from sim.world.shapes import Obstacle
 from sim.world.world import World
+
+SIZE = (2.0, 0.2, 0.5)
+LYING, TURNED = (
+    Obstacle.box("wall", 1, 1, yaw=yaw, size=SIZE, colour="white") for yaw in (0.0, math.pi / 2)
+)
+PILLAR = Obstacle.cylinder("pillar", 0, 0, radius=0.15, height=0.5, colour="red")
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "place", "distance"),
+    [
+        (LYING, (1, 1.6), 0.5),
+        (LYING, (2.3, 1.5), 0.5),
+        (LYING, (1, 1), -0.1),
+        (TURNED, (1, 2.5), 0.5),
+        (TURNED, (1.6, 1), 0.5),
+        (PILLAR, (3, 4), 4.85),
+    ],
+    ids=["face", "corner", "inside", "turned: end", "turned: face", "rim"],
+)
+def test_distances_are_those_to_the_footprint(obstacle, place, distance):
+    """From faces, corners and rims; in a box, minus the way out across its thinner side."""
+    assert obstacle.distance(*place) == pytest.approx(distance)
 
 
 def world(**fields: object) -> World:
@@ -30,32 +56,30 @@ def test_rows_run_along_y_and_columns_along_x():
     assert occupied(world(boxes=[box])) == {(0, 9)}
 
 
-def test_a_shape_that_ends_at_a_cells_edge_does_not_fill_the_next():
-    """A box on the grid covers its own cells alone."""
-    box = {"x": 0.0, "y": 0.0, "size": [0.2, 0.1, 0.1]}
-    assert occupied(world(boxes=[box])) == {(2, 4), (2, 5)}
+THIN = {"from": [-0.3, 0.02], "to": [0.28, 0.02], "thickness": 0.003}
+SLANTING = {"from": [-0.14, -0.17], "to": [0.07, 0.04], "thickness": 0.002}
 
 
-def test_a_wall_thinner_than_a_cell_is_drawn():
-    """3 mm are enough to stop a robot, so they are on the map."""
-    wall = {"from": [-0.3, 0.02], "to": [0.28, 0.02], "thickness": 0.003}
-    assert occupied(world(walls=[wall])) == {(2, column) for column in range(2, 8)}
-
-
-def test_a_slanting_wall_touches_just_the_cells_it_crosses():
-    """A diagonal from cell to cell, without the corners beside it."""
-    wall = {"from": [-0.14, -0.17], "to": [0.07, 0.04], "thickness": 0.002}
-    assert occupied(world(walls=[wall])) == {(0, 3), (1, 3), (1, 4), (2, 4), (2, 5)}
-
-
-def test_a_cylinder_fills_the_cells_its_circle_reaches_into():
-    """The corner cells of its square are free where the circle misses them."""
-    pillar = {"x": 0.05, "y": 0.0, "radius": 0.12}
-    assert occupied(world(cylinders=[pillar])) == {
-        (row, column) for row in range(1, 4) for column in range(4, 7)
-    }
-    small = {"x": 0.05, "y": 0.0, "radius": 0.06}
-    assert occupied(world(cylinders=[small])) == {(1, 5), (3, 5), (2, 4), (2, 5), (2, 6)}
+@pytest.mark.parametrize(
+    ("fields", "cells"),
+    [
+        ({"boxes": [{"x": 0.0, "y": 0.0, "size": [0.2, 0.1, 0.1]}]}, {(2, 4), (2, 5)}),
+        ({"walls": [THIN]}, {(2, column) for column in range(2, 8)}),
+        ({"walls": [SLANTING]}, {(0, 3), (1, 3), (1, 4), (2, 4), (2, 5)}),
+        (
+            {"cylinders": [{"x": 0.05, "y": 0.0, "radius": 0.12}]},
+            {(row, column) for row in range(1, 4) for column in range(4, 7)},
+        ),
+        (
+            {"cylinders": [{"x": 0.05, "y": 0.0, "radius": 0.06}]},
+            {(1, 5), (3, 5), (2, 4), (2, 5), (2, 6)},
+        ),
+    ],
+    ids=["ends at a cell's edge", "3 mm thin", "slanting", "round", "round, without its corners"],
+)
+def test_a_shape_touches_just_the_cells_that_it_crosses(fields, cells):
+    """Also one that is thinner than a cell: it is enough to stop a robot."""
+    assert occupied(world(**fields)) == cells
 
 
 @pytest.mark.parametrize("name", ["nav_arena", "dqn_stage4", "turtlebot3_world"])

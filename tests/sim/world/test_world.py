@@ -1,4 +1,4 @@
-"""Worlds as written by hand: what they mean, and what a mistake is told."""
+"""Worlds as written by hand: what they mean, and what is said of a mistake."""
 
 import math
 from pathlib import Path
@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.core.diagnostics import InputError
-from sim.world.loader import load_world
+from bt_mission.core.robot.model import load_robot
+from sim.world.colours import rgba
+from sim.world.loader import load_world, problems, unseen
 from sim.world.world import World
 
 GOOD = """\
@@ -57,17 +59,6 @@ def test_a_world_is_read_as_shapes(write):
     assert (pillar.name, pillar.kind, pillar.radius) == ("pillar", "cylinder", 0.15)
 
 
-def test_a_wall_points_from_its_first_point_to_its_second():
-    """Its direction is that of the two points, its centre lies between them."""
-    world = World.model_validate(
-        {"name": "w", "size": [9, 9], "walls": [{"from": [0, 0], "to": [1, 1]}]}
-    )
-    (wall,) = world.obstacles
-    assert (wall.x, wall.y) == (0.5, 0.5)
-    assert wall.yaw == pytest.approx(math.pi / 4)
-    assert wall.size[0] == pytest.approx(math.sqrt(2))
-
-
 def test_a_world_needs_no_more_than_a_name_and_a_size():
     """An empty floor, and a robot that starts in its middle."""
     world = World.model_validate({"name": "plain", "size": [2, 2]})
@@ -75,19 +66,24 @@ def test_a_world_needs_no_more_than_a_name_and_a_size():
     assert (world.spawn.x, world.spawn.y, world.spawn.yaw) == (0, 0, 0)
 
 
+def test_a_wall_points_from_its_first_point_to_its_second():
+    """Its direction is that of the two points, its centre lies between them."""
+    walls = [{"from": [0, 0], "to": [1, 1]}]
+    (wall,) = World.model_validate({"name": "w", "size": [9, 9], "walls": walls}).obstacles
+    assert (wall.x, wall.y) == (0.5, 0.5)
+    assert wall.yaw == pytest.approx(math.pi / 4)
+    assert wall.size[0] == pytest.approx(math.sqrt(2))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "place", "message"),
     [
         ("size: [4, 4]", "size: [4, .nan]", "2:11", "expected a finite number, got"),
         ("size: [4, 4]", "size: [4]", "2:7", "'1' is missing"),
+        ("size: [4, 4]", "size: [400, 4]", "2:8", "expected at most 100"),
         ("thickness: 0.2", "thickness: 0", "5:48", "expected at least 0.001, got the number 0"),
         ("thickness", "thicknes", "5:37", "unknown key 'thicknes'"),
-        (
-            "to: [2, 1.9]",
-            "to: [-2, 1.9]",
-            "5:5",
-            "a wall from [-2, 1.9] to [-2, 1.9] has no length",
-        ),
+        ("to: [2, ", "to: [-2, ", "5:5", "a wall from [-2, 1.9] to [-2, 1.9] has no length"),
         ("to: [2, 1.9], ", "", "5:5", "a wall is written with 'from' and 'to', or"),
         (
             "length: 1,",
@@ -148,10 +144,7 @@ def test_a_world_is_looked_for_beside_the_mission(write):
         ("{through: [[0, 1]], speed: 3}", "expected at most 2"),
         ("{through: [], speed: 1}", "at least 1"),
         ("{trough: [[0, 1]], speed: 1}", "did you mean 'through'?"),
-        (
-            "{through: [[0, 7]], speed: 1}",
-            "'pillar' moves to where it would stand at (0, 7), outside of the floor",
-        ),
+        ("{through: [[0, 7]], speed: 1}", "would stand at (0, 7), outside of the floor"),
     ],
 )
 def test_a_motion_that_cannot_be_is_told(write, motion, message):
@@ -171,6 +164,91 @@ def test_what_moves_is_an_obstacle_with_a_motion(write):
     assert pillar.motion.at(0.0)[:2] == pytest.approx((1, 1))
 
 
-def test_more_than_enough_is_refused(write):
-    """A size that would make a map of millions of cells is a slip of the pen."""
-    assert "expected at most 100" in refusal_of(write(("size: [4, 4]", "size: [400, 4]")))
+# ---- what holds between its parts --------------------------------------------------------
+
+
+PILLAR = {"name": "pillar", "x": 1, "y": 1, "radius": 0.2}
+ZONE = {"name": "A", "x": -1, "y": -1, "radius": 0.3}
+WALLS = [{"name": "wall 2", "from": [-1, 1], "to": [1, 1]}, {"from": [-1, -1], "to": [1, -1]}]
+OUTSIDE = "outside of the floor of 4 m x 4 m around (0, 0)"
+
+
+@pytest.mark.parametrize(
+    ("fields", "path", "message"),
+    [
+        (
+            {"cylinders": [PILLAR, {**PILLAR, "x": -1}]},
+            ("cylinders", 1, "name"),
+            "the name 'pillar' is taken by item 1 of cylinders",
+        ),
+        ({"walls": WALLS}, ("walls", 1, "name"), "the name 'wall 2' is taken by item 1 of walls"),
+        (
+            {"zones": [ZONE, {**ZONE, "x": 0}]},
+            ("zones", 1, "name"),
+            "there are two zones named 'A'",
+        ),
+        (
+            {"cylinders": [PILLAR], "spawn": {"x": 1.1, "y": 1}},
+            ("spawn",),
+            "the spawn (1.1, 1) lies inside 'pillar'",
+        ),
+        (
+            {"cylinders": [PILLAR], "zones": [{**ZONE, "x": 1, "y": 1}]},
+            ("zones", 0),
+            "the centre of zone 'A' lies inside 'pillar'",
+        ),
+        ({"spawn": {"x": 3, "y": 0}}, ("spawn",), f"the spawn lies at (3, 0), {OUTSIDE}"),
+        (
+            {"cylinders": [{**PILLAR, "y": -2.5}]},
+            ("cylinders", 0),
+            f"'pillar' stands at (1, -2.5), {OUTSIDE}",
+        ),
+        (
+            {"slippery": [{**ZONE, "name": "ice", "x": 9}]},
+            ("slippery", 0),
+            f"'ice' lies at (9, -1), {OUTSIDE}",
+        ),
+        ({"zones": [{**ZONE, "x": 9}]}, ("zones", 0), f"zone 'A' lies at (9, -1), {OUTSIDE}"),
+    ],
+)
+def test_parts_that_do_not_go_together_are_refused(fields, path, message):
+    """A name belongs to one obstacle (also a made-up one) or zone; all have room on the floor."""
+    world = World.model_validate({"name": "room", "size": [4, 4], **fields})
+    assert [(problem.path, problem.message) for problem in problems(world)] == [(path, message)]
+
+
+def test_a_problem_has_its_place_and_what_to_do(write):
+    """In a file, line and column, as any other."""
+    with pytest.raises(InputError) as caught:
+        load_world(write(("x: -1, y: 0, yaw: 90", "x: 1, y: 1")))
+    (fault,) = caught.value.diagnostics
+    assert (fault.line, fault.column) == (3, 8)
+    assert fault.source == "spawn: {x: 1, y: 1}"
+    assert fault.hint == "move it to where the robot has room"
+
+
+def test_what_is_lower_than_the_lidar_is_warned_of():
+    """Once for a robot, with its height and some names; a Waffle looks below 0.15 m."""
+    low = [{**PILLAR, "height": 0.15, "name": f"low {n}"} for n in range(5)]
+    world = World.model_validate({"name": "room", "size": [4, 4], "cylinders": low})
+    assert unseen(world, load_robot("waffle")) == []
+    (warning,) = unseen(world, load_robot("burger"))
+    assert warning == (
+        "world room: the lidar of the burger looks 0.182 m above the floor and over"
+        " 'low 0', 'low 1', 'low 2' and 2 more: it will run into them unless it knows the map"
+    )
+
+
+# ---- colours -----------------------------------------------------------------------------
+
+
+def test_a_colour_in_hexadecimal_has_parts_of_one():
+    """Each pair of digits is a part of 255; alpha is 1."""
+    assert rgba("#ff0033") == (1.0, 0.0, 0.2, 1.0)
+
+
+@pytest.mark.parametrize("colour", ["gren", "#12345", "#12345g", "", "# 1 2 3"])
+def test_unknown_colour_lists_the_known_ones(colour):
+    """A colour that is neither gets the list."""
+    with pytest.raises(ValueError, match=r"no such colour .* black, blue, .* or '#rrggbb'"):
+        rgba(colour)
