@@ -213,10 +213,3 @@ def test_names_are_printed_for_scripts(kind: str, capsys: pytest.CaptureFixture[
     assert main(["completion", "--names", kind]) == 0
     assert capsys.readouterr().out.split() == known(kind)
     assert set(names("missions")) < set(known("runs"))
-
-
-@pytest.mark.parametrize("arguments", [[], ["bash", "--names", "worlds"]])
-def test_one_of_both_is_asked_for(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Neither, or both, say nothing."""
-    assert main(["completion", *arguments]) == 2
-    assert "expected a shell (bash, zsh, fish), or --names" in capsys.readouterr().err
