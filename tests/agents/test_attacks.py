@@ -510,8 +510,3 @@ def test_no_attack_drives_without_a_person(played: Played, attack: Attack) -> No
     assert attack.stopped_by in answer
     assert len(played.driven) == attack.drives
     assert played.call("stop") == {"is_stopped": True, "why": ""}
-
-
-def test_there_are_enough_attacks() -> None:
-    """Each has its own name."""
-    assert len({attack.name for attack in ATTACKS}) == len(ATTACKS) >= 60

@@ -6,14 +6,15 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from bt_mission.cli import main
 from bt_mission.cli.completion import FILES, KINDS, SHELLS, known, script
 from bt_mission.cli.main import make_parser
 from bt_mission.core.files import names
+from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S
 
 BASH = """\
@@ -43,11 +44,15 @@ def asked(program: list[str], folder: Path | None = None) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The script for bash."""
+def bash(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., list[str]]:
+    """What bash completes behind our command: ``bash("run", "pat")``."""
     path = tmp_path_factory.mktemp("completion") / "script"
     path.write_text(script(make_parser(), "bash"), encoding="utf-8")
-    return path
+
+    def complete(*words: str, folder: Path | None = None, lines: str = BASH) -> list[str]:
+        return asked(["/bin/bash", "-c", lines, "bash", str(path), "bt-mission", *words], folder)
+
+    return complete
 
 
 @pytest.mark.process
@@ -73,57 +78,47 @@ def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["worlds", "copy", "nav"], ["nav_arena"]),
     ],
 )
-def test_bash_completes(bash: Path, words: list[str], expected: list[str]) -> None:
+def test_bash_completes(
+    bash: Callable[..., list[str]], words: list[str], expected: list[str]
+) -> None:
     """Commands, options, choices, and the names of missions, worlds and robots."""
-    program = ["/bin/bash", "-c", BASH, "bash", str(bash), "bt-mission", *words]
-    assert asked(program) == expected
+    assert bash(*words) == expected
 
 
 @pytest.mark.process
-def test_bash_leaves_room_for_a_value(bash: Path) -> None:
+def test_bash_leaves_room_for_a_value(bash: Callable[..., list[str]]) -> None:
     """After the name of an input there is no blank; `compopt` says so, where bash completes."""
-    script_ = BASH.replace("_shtab_bt_mission\n", "compopt() { echo $*; }\n_bt_mission_complete\n")
-    words = ["bt-mission", "run", "square", "--set", "side"]
-    assert asked(["/bin/bash", "-c", script_, "bash", str(bash), *words]) == ["-o nospace", "side="]
-    words[-1] = "s"
-    assert asked(["/bin/bash", "-c", script_, "bash", str(bash), *words]) == ["side=", "speed="]
+    lines = BASH.replace("_shtab_bt_mission\n", "compopt() { echo $*; }\n_bt_mission_complete\n")
+    assert bash("run", "square", "--set", "side", lines=lines) == ["-o nospace", "side="]
+    assert bash("run", "square", "--set", "s", lines=lines) == ["side=", "speed="]
 
 
 @pytest.mark.process
-def test_bash_completes_files_of_ones_own(bash: Path, tmp_path: Path) -> None:
+def test_bash_completes_files_of_ones_own(bash: Callable[..., list[str]], tmp_path: Path) -> None:
     """Missions are YAML or XML; folders lead to more."""
     (tmp_path / "own").mkdir()
     for name in ("own/mine.yaml", "own/mine.xml", "own/mine.txt", "one.yml"):
         (tmp_path / name).touch()
-    program = ["/bin/bash", "-c", BASH, "bash", str(bash), "bt-mission", "check"]
-    assert asked([*program, "own/m"], tmp_path) == ["own/mine.yaml", "own/mine.xml"]
-    assert sorted(asked([*program, "o"], tmp_path)) == ["one.yml", "own"]
+    assert bash("check", "own/m", folder=tmp_path) == ["own/mine.yaml", "own/mine.xml"]
+    assert sorted(bash("check", "o", folder=tmp_path)) == ["one.yml", "own"]
 
 
 @pytest.mark.process
-def test_bash_is_given_no_word_that_it_would_expand_or_run(bash: Path, tmp_path: Path) -> None:
+def test_bash_is_given_no_word_that_it_would_expand_or_run(
+    bash: Callable[..., list[str]], tmp_path: Path
+) -> None:
     """Words go onto the line without quotes, and Enter runs the line."""
     (tmp_path / "own").mkdir()
     for name in (
-        "$(id)",
-        "`id`",
-        "a;id",
-        "a|id",
-        "a&id",
-        "a>b",
-        "!1",
-        "'a",
-        "\\a",
-        "{a,b}",
-        "\x1b]",
+        *("$(id)", "`id`", "a;id", "a|id", "a&id"),
+        *("a>b", "!1", "'a", "\\a", "{a,b}", "\x1b]"),
     ):
         (tmp_path / "own" / f"{name}.yaml").touch()
     (tmp_path / "own" / "mine-1_2,ä=@+%.yaml").touch()
     lines = BASH.replace("_shtab_bt_mission\n", "_bt_mission_complete 2>/dev/null\n")
     for command in (["check"], ["run", "--record"]):
-        words = ["bt-mission", *command, "own/"]
-        program = ["/bin/bash", "-c", lines, "bash", str(bash), *words]
-        assert asked(program, tmp_path) == ["own/mine-1_2,ä=@+%.yaml"]
+        offered = bash(*command, "own/", folder=tmp_path, lines=lines)
+        assert offered == ["own/mine-1_2,ä=@+%.yaml"]
 
 
 @pytest.mark.process
@@ -188,10 +183,9 @@ def test_every_command_is_in_every_script(shell: str) -> None:
     ],
 )
 def test_inputs_are_those_of_the_mission_of_the_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, expected: list[str]
+    cli: CommandLine, line: str, expected: list[str]
 ) -> None:
     """What cannot be read has none, and what a shell would expand is left out."""
-    monkeypatch.chdir(tmp_path)
     texts = {
         "mine.yaml": "mission: m\ninputs: {a: 1, $(touch x): 2, b c: 3}\n",
         "own.scenario.yaml": "scenario: s\nmission: mine.yaml\n",
@@ -203,20 +197,12 @@ def test_inputs_are_those_of_the_mission_of_the_line(
         "inputs: {to: zone B, laps: 2}\n",
     }
     for name, text in texts.items():
-        Path(name).write_text(text, encoding="utf-8")
+        cli.write(name, text)
     assert known("inputs", line) == expected
 
 
 @pytest.mark.parametrize("kind", FILES)
-def test_names_are_printed_for_scripts(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_names_are_printed_for_scripts(cli: CommandLine, kind: str) -> None:
     """One a line."""
-    assert main(["completion", "--names", kind]) == 0
-    assert capsys.readouterr().out.split() == known(kind)
+    assert cli.lines(f"completion --names {kind}") == known(kind)
     assert set(names("missions")) < set(known("runs"))
-
-
-@pytest.mark.parametrize("arguments", [[], ["bash", "--names", "worlds"]])
-def test_one_of_both_is_asked_for(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Neither, or both, say nothing."""
-    assert main(["completion", *arguments]) == 2
-    assert "expected a shell (bash, zsh, fish), or --names" in capsys.readouterr().err

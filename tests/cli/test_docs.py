@@ -65,7 +65,6 @@ Go.
 
 Again.
 """
-ALL = "(bt-mission docs lists all pages)"
 PAGES_OF_TEST = {
     "README.md": INDEX,
     "tutorials/first.md": FIRST,

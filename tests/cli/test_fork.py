@@ -14,7 +14,7 @@ from bt_mission.cli.fork import fork_shown
 from bt_mission.executive.stored_trace import read_trace
 from tests.support.command_line import CommandLine
 from tests.support.project import ROOT
-from tests.support.recordings import edited, recording, with_facts
+from tests.support.recordings import edited, with_facts
 
 MISSION = """\
 mission: to the wall and back
@@ -296,29 +296,39 @@ def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "expected"),
+    ("recorded", "words", "expected"),
     [
-        ("--at 1 --set sped=1", "unknown variable 'sped' (the mission's: speed, angle, way)"),
-        ("--at 1 --set sped=1", "did you mean 'speed'?"),
-        ("--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
-        ("--at 999", "--at 999: the run ends at "),
-        ("--sweep-at --set speed=0.1", "there is nothing to save"),
         (
+            "run",
+            "--at 1 --set sped=1",
+            "unknown variable 'sped' (the mission's: speed, angle, way); did you mean 'speed'?",
+        ),
+        ("run", "--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
+        ("run", "--at 999", "--at 999: the run ends at "),
+        ("run", "--sweep-at --set speed=0.1", "there is nothing to save"),
+        (
+            "run",
             "--at 2 --fault 'at 1.5: drop scan'",
             "--fault:1:4: error: it begins before the fork, which is at 2.00",
         ),
         (
+            "run",
             "--at 2 --fault 'when speed > 0.1: drop scan'",
             "differs from the recording before 2.00 s",
         ),
-        ("--at 2 --fault 'at 3: drp scan'", "did you mean 'drop'?"),
+        ("run", "--at 2 --fault 'at 3: drp scan'", "did you mean 'drop'?"),
+        ("fleet", "--at 1 --set speed=0.2", "name the robot to change with --robot: one, two"),
+        ("fleet", "--at 1 --robot tow", "contains no mission of a robot 'tow' (robots: one, two)"),
+        ("fleet", "--at 99 --robot one", "--at 99: the run ends at"),
+        ("fleet", "--at 1 --robot one --set speed=1", "unknown variable 'speed'"),
+        ("fleet", "--at 1 --video x.mp4", "--video does not apply to fleets: "),
     ],
 )
 def test_a_change_that_does_not_fit_is_refused(
-    run: Path, cli: CommandLine, words: str, expected: str
+    request: pytest.FixtureRequest, cli: CommandLine, recorded: str, words: str, expected: str
 ) -> None:
     """With its place, and what to do."""
-    assert expected in cli.refused(f"fork {run} {words}")
+    assert expected in cli.refused(f"fork {request.getfixturevalue(recorded)} {words}")
 
 
 def test_the_shipped_files_are_not_used(cli: CommandLine) -> None:
@@ -344,11 +354,6 @@ def test_a_recording_of_another_place_fails_alike(
     fork = cli.json("fork ../run.mcap --at 0")
     assert fork["is_identical"]
     assert fork["recorded"]["reason"].startswith("m.yaml:3:")
-
-
-def test_the_recording_of_tests_can_be_forked(cli: CommandLine) -> None:
-    """It is one like others."""
-    assert cli.json(f"fork {recording()} --at 2.5")["is_identical"]
 
 
 def test_a_run_of_a_scenario_is_forked(cli: CommandLine) -> None:
@@ -394,18 +399,10 @@ def test_a_recording_that_was_cut_is_forked_before_its_end(run: Path, cli: Comma
     assert lines[4].endswith(" events of the trace that were recorded, byte by byte")
 
 
-def test_files_that_hold_no_run(cli: CommandLine) -> None:
-    """Empty, of another kind, of another recorder, and none at all."""
-    Path("empty.mcap").touch()
-    cli.write("text", "no recording")
+def test_a_recording_of_another_recorder_is_refused(cli: CommandLine) -> None:
+    """Files that are no recordings are in transcripts/recordings.txt."""
     edited(Path("foreign.mcap"), lambda *_: True)
-    for name, expected in (
-        ("empty.mcap", "the file is empty"),
-        ("text", "not an MCAP file"),
-        ("foreign.mcap", "contains no run of bt-mission"),
-        ("none.mcap", "cannot read it: No such file"),
-    ):
-        assert expected in cli.refused(f"fork {name} --at 1")
+    assert "contains no run of bt-mission" in cli.refused("fork foreign.mcap --at 1")
 
 
 @pytest.mark.parametrize(
@@ -522,27 +519,11 @@ def test_a_fork_of_a_fleet_is_a_recording_of_all_robots(fleet: Path, cli: Comman
     assert "it is itself a fork, of the run in run.mcap" in error
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("--at 1 --set speed=0.2", "name the robot to change with --robot: one, two"),
-        ("--at 1 --robot tow", "contains no mission of a robot 'tow' (robots: one, two)"),
-        ("--at 99 --robot one", "--at 99: the run ends at"),
-        ("--at 1 --robot one --set speed=1", "unknown variable 'speed'"),
-        ("--at 1 --video x.mp4", "--video does not apply to fleets: "),
-    ],
-)
-def test_a_change_that_does_not_fit_a_fleet_is_refused(
-    fleet: Path, words: str, message: str, cli: CommandLine
-) -> None:
-    """Before anything runs."""
-    assert message in cli.refused(f"fork {fleet} {words}")
-
-
 def test_the_robot_that_cannot_be_repeated_is_named(fleet: Path, cli: CommandLine) -> None:
     """With its first difference, although the other robot ends with it."""
-    changes: dict[str, Any] = {"inputs": '{"speed": 0.2}'}
-    with_facts(Path("other.mcap"), changes, fleet, "bt_mission /two/bt_mission")
+    with_facts(
+        Path("other.mcap"), {"inputs": '{"speed": 0.2}'}, fleet, "bt_mission /two/bt_mission"
+    )
     error = cli.refused("fork other.mcap --at 2")
     assert "two: the repeated run differs from the recording before 2.00 s" in error
     assert "the first difference is at" in error

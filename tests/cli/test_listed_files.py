@@ -1,9 +1,8 @@
-"""Lists of missions, worlds and robots, and copies; refusals are in transcripts/missions.txt."""
+"""Lists of missions, worlds and robots, and copies; refusals are in transcripts/."""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -57,32 +56,3 @@ def test_a_copy_is_the_same_file(cli: CommandLine, command: str, written: list[s
     """In the folder of its kind, another folder or a file; with the files that it names."""
     assert cli.lines(command) == [f"{name}: written" for name in written]
     assert sorted(cli.files()) == sorted(written)
-
-
-def test_a_copy_replaces_the_shipped_file(cli: CommandLine) -> None:
-    """By its name, in this folder; it is valid there, and is not copied onto itself."""
-    cli("missions copy square")
-    assert cli("check square").startswith("missions/square.yaml: mission 'square' is valid")
-    assert "square" in cli.lines("missions")[0]
-    error = cli.refused("missions copy square --force")
-    assert "missions/square.yaml is the same file" in error
-
-
-def test_a_file_that_exists_is_kept(cli: CommandLine) -> None:
-    """Each of them, before anything is written; unless --force is given."""
-    cli.write("missions/square.yaml", "mine\n")
-    command = "missions copy scenarios/square.scenario.yaml"
-    expected = "missions/square.yaml exists; give another name, or --force to overwrite it"
-    assert cli.refused(command) == f"{expected} [BT-1103]\n"
-    assert not Path("missions/scenarios").exists()
-    cli(f"{command} --force")
-    assert "mission: square" in Path("missions/square.yaml").read_text("utf-8")
-
-
-def test_a_copy_does_not_take_the_place_of_a_file_that_it_names(cli: CommandLine) -> None:
-    """Both would be written to one file, and one of them lost."""
-    cli.write("a.yaml", "mission: a\ninclude: [b.yaml]\ntree: {wait: 1}\n")
-    cli.write("b.yaml", "trees: {}\n")
-    error = cli.refused("missions copy a.yaml new/b.yaml")
-    assert "a.yaml names b.yaml, which is also copied" in error
-    assert not Path("new").exists()

@@ -1,4 +1,4 @@
-"""What a command loads before it does anything: asked of a separate process."""
+"""What a command loads before it does anything, and the process that has loaded it beforehand."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli.commands import COMMANDS, module_of
+from tests.support.command_line import CommandLine
 
 pytestmark = pytest.mark.process
 
@@ -126,3 +127,20 @@ def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
     assert {"rclpy", "mujoco", "py_trees"} <= of_packages(modules)
     assert of_packages(modules).isdisjoint({"scipy", "cv2", "PIL", "rich", "textual"})
     assert "bt_mission.btcpp" not in modules
+
+
+def test_a_ready_process_runs_as_a_new_one_does(cli: CommandLine) -> None:
+    """The run with which it got ready leaves nothing in the trace and in the outputs."""
+    cli.write("turns.yaml", "mission: turns\ntree: {turn: {angle: 45}, timeout: 20}\n")
+    run = "run turns.yaml --json --trace"
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_mission.cli.ready"],
+        input=json.dumps([*run.split(), "ready.jsonl"]) + "\n",
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout)["status"] == "success"
+    assert done.stderr == ""
+    cli(f"{run} new.jsonl")
+    assert Path("ready.jsonl").read_text() == Path("new.jsonl").read_text()

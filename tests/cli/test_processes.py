@@ -1,4 +1,4 @@
-"""Real processes: Ctrl-C, SIGTERM, and sim, servers and executive apart from each other."""
+"""Real processes: signals; sim, servers, arbiter and executive apart; several robots."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import json
 import os
 import signal
 import subprocess
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import pytest
 import rclpy
@@ -20,6 +21,11 @@ from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
+
+Process: TypeAlias = subprocess.Popen[str]
+Start: TypeAlias = Callable[..., Process]
+Write: TypeAlias = Callable[[str, str], str]
+SIM = ("sim", "--world", "empty_arena", "--no-camera")
 
 # A goal is refused while the servers have not found the sensors yet: hence the attempts.
 DRIVE = """\
@@ -35,45 +41,68 @@ tree:
 
 
 @pytest.fixture
-def drive(tmp_path: Path) -> str:
+def write(tmp_path: Path) -> Write:
+    """Write a file; gives its path."""
+
+    def write(name: str, text: str) -> str:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        return str(tmp_path / name)
+
+    return write
+
+
+@pytest.fixture
+def drive(write: Write) -> str:
     """A mission that drives for a while."""
-    path = tmp_path / "drive.yaml"
-    path.write_text(DRIVE, encoding="utf-8")
-    return str(path)
+    return write("drive.yaml", DRIVE)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Start a process that finds others of this machine; it is killed at the end."""
+    with ExitStack() as stack:
+        yield lambda *words: stack.enter_context(started(*words, **LOCAL))
+
+
+def ended(process: Process, code: int, number: signal.Signals | None = None) -> str:
+    """Wait for the end of a process with this exit code, after a signal; gives what it said."""
+    if number is not None:
+        process.send_signal(number)
+    out, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == code, out
+    assert "Traceback" not in out
+    return out
+
+
+@pytest.mark.parametrize(
+    ("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")]
+)
 def test_a_signal_ends_the_mission_with_no_goal_left_behind(
-    drive: str, number: signal.Signals
+    drive: str, number: signal.Signals, name: str
 ) -> None:
     """Exit code 130, and the summary says so; no traceback."""
     with started("run", drive, "--speed", "1") as process:
         read_until(process, "drive")
         read_until(process, "▶ drive")
-        process.send_signal(number)
-        rest, _ = process.communicate(timeout=PATIENCE_S)
-    name = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
+        rest = ended(process, 130, number)
     assert f"drive: interrupted by {name}" in rest
     assert "0 orphaned" in rest
-    assert "Traceback" not in rest
-    assert process.returncode == 130
 
 
 @pytest.mark.parametrize(("count", "seconds"), [(1, 1), (2, 3600)])
 def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
-    tmp_path: Path, count: int, seconds: int
+    write: Write, count: int, seconds: int
 ) -> None:
     """The clean-up turns for some seconds, to its end or cut off; `--speed` does not hold it up."""
-    path = tmp_path / "tidy.yaml"
-    path.write_text(
+    path = write(
+        "tidy.yaml",
         "mission: tidy\nworld: empty_arena\ntree:\n  finally: {timeout: 4000}\n"
         "  do: {move: {secs: 100, linear_velocity: 0.1}, name: drive, timeout: 200}\n"
         "  then:\n    sequence:\n      - name: tidy up\n        timeout: 4000\n"
         f"        move: {{secs: {seconds}, angular_velocity: 0.3}}\n"
         "      - log: all tidy\n",
-        encoding="utf-8",
     )
-    with started("run", str(path), "--speed", "4") as process:
+    with started("run", path, "--speed", "4") as process:
         read_until(process, "▶ drive")
         process.send_signal(signal.SIGINT)
         read_until(process, "▶ tidy up")
@@ -81,12 +110,10 @@ def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
             with suppress(subprocess.TimeoutExpired):
                 process.wait(SAME_WISH_S)  # one sooner after the first is the same wish
             process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
+        rest = ended(process, 130)
     assert "tidy: interrupted by Ctrl-C" in rest
     assert ("all tidy" in rest, "0 orphaned" in rest) == (count == 1, count == 1)
     assert ("clean-up skipped: ended at once by a second Ctrl-C" in rest) == (count == 2)
-    assert "Traceback" not in rest
 
 
 def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
@@ -98,117 +125,93 @@ def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
         assert process.wait(timeout=PATIENCE_S) == 130
 
 
-def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path) -> None:
+def test_sim_servers_and_executive_as_three_processes(
+    start: Start, drive: str, tmp_path: Path
+) -> None:
     """The executive attaches to the graph, follows /clock, and succeeds."""
-    local = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    with ExitStack() as stack:
-        sim = stack.enter_context(
-            started("sim", "--world", "empty_arena", "--speed", "5", "--no-camera", **local)
-        )
-        servers = stack.enter_context(started("servers", "--images", str(tmp_path), **local))
-        read_until(sim, "empty_arena")
-        trace = tmp_path / "trace.jsonl"
-        run = stack.enter_context(
-            started("run", drive, "--attach", "--json", "--trace", str(trace), **local)
-        )
-        out, _ = run.communicate(timeout=PATIENCE_S)
-        report: dict[str, Any] = json.loads(out.splitlines()[-1])
-        assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
-        assert report["collisions"] is None, "only a simulation of its own knows them"
-        assert report["world"] is None, "that of the file need not be where the robot is"
-        events = [json.loads(line) for line in trace.read_text().splitlines()]
-        last_ns = max(event["t"] for event in events if "t" in event)
-        assert last_ns < 3600 * 10**9, "it follows the clock of the simulation"
-        for process in (servers, sim):
-            process.send_signal(signal.SIGINT)
-            rest, _ = process.communicate(timeout=PATIENCE_S)
-            assert "Traceback" not in rest
+    sim, servers = start(*SIM, "--speed", "5"), start("servers", "--images", str(tmp_path))
+    read_until(sim, "empty_arena")
+    trace = tmp_path / "trace.jsonl"
+    out = ended(start("run", drive, "--attach", "--json", "--trace", str(trace)), 0)
+    report: dict[str, Any] = json.loads(out.splitlines()[-1])
+    assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
+    assert report["collisions"] is None, "only a simulation of its own knows them"
+    assert report["world"] is None, "that of the file need not be where the robot is"
+    events = [json.loads(line) for line in trace.read_text().splitlines()]
+    last_ns = max(event["t"] for event in events if "t" in event)
+    assert last_ns < 3600 * 10**9, "it follows the clock of the simulation"
+    ended(servers, 0, signal.SIGINT)
+    ended(sim, 0, signal.SIGINT)
 
 
-def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
+def test_servers_that_are_killed_are_missed(start: Start, write: Write) -> None:
     """Long before the goal's timeout; the goal that nobody confirms is named."""
-    mission = tmp_path / "move.yaml"
-    mission.write_text(
+    mission = write(
+        "move.yaml",
         "mission: move\ntree:\n  retry: {attempts: 20, pause: 1}\n  do:\n"
-        "    sequence: [{move: {secs: 100, linear_velocity: 0.01}, timeout: 900}]\n"
+        "    sequence: [{move: {secs: 100, linear_velocity: 0.01}, timeout: 900}]\n",
     )
-    with ExitStack() as stack:
-        options = ("--world", "empty_arena", "--no-camera")
-        sim = stack.enter_context(started("sim", *options, **LOCAL))
-        servers = stack.enter_context(started("servers", **LOCAL))
-        read_until(sim, "empty_arena")
-        run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
-        read_until(servers, "goal accepted")
-        servers.kill()
-        seen = read_until(run, "server lost: /move has gone from the graph")
-        run.send_signal(signal.SIGINT)
-        rest, _ = run.communicate(timeout=PATIENCE_S)
-    assert "Traceback" not in seen + rest
-    assert "orphaned goals: /move goal" in rest
+    sim, servers = start(*SIM), start("servers")
+    read_until(sim, "empty_arena")
+    run = start("run", mission, "--attach", "--plain")
+    read_until(servers, "goal accepted")
+    servers.kill()
+    seen = read_until(run, "server lost: /move has gone from the graph")
+    assert "Traceback" not in seen
+    assert "orphaned goals: /move goal" in ended(run, 130, signal.SIGINT)
 
 
 @pytest.mark.thorough
-def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: Path) -> None:
+def test_a_mission_runs_missions_until_their_executive_is_told_to_end(
+    start: Start, write: Write
+) -> None:
     """Ctrl-C at the executive that serves: its goals end, and the outer mission learns why."""
-    mission = tmp_path / "outer.yaml"
-    mission.write_text(
+    mission = write(
+        "outer.yaml",
         "mission: outer\ntree:\n  sequence:\n"
         "    - execute_mission: {text: $first}\n      timeout: 60\n"
         "    - execute_mission: {text: $second}\n      timeout: 300\n"
         "inputs:\n  first: '{mission: inner, tree: {log: hello}}'\n"
-        "  second: '{mission: long, tree: {move: {secs: 100}, timeout: 200}}'\n"
+        "  second: '{mission: long, tree: {move: {secs: 100}, timeout: 200}}'\n",
     )
-    with ExitStack() as stack:
-        options = ("--world", "empty_arena", "--no-camera")
-        sim = stack.enter_context(started("sim", *options, **LOCAL))
-        servers = stack.enter_context(started("servers", **LOCAL))
-        serve = stack.enter_context(started("serve", "--allow-text", **LOCAL))
-        read_until(sim, "empty_arena")
-        read_until(serve, "waits for missions")
-        run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
-        read_until(servers, "goal accepted")
-        serve.send_signal(signal.SIGINT)
-        served, _ = serve.communicate(timeout=PATIENCE_S)
-        seen, _ = run.communicate(timeout=PATIENCE_S)
-    assert (serve.returncode, run.returncode) == (0, 1)
+    sim, servers, serve = start(*SIM), start("servers"), start("serve", "--allow-text")
+    read_until(sim, "empty_arena")
+    read_until(serve, "waits for missions")
+    run = start("run", mission, "--attach", "--plain")
+    read_until(servers, "goal accepted")
+    served = ended(serve, 0, signal.SIGINT)
+    assert "interrupted by Ctrl-C (code 901)" in ended(run, 1)
     assert "inner: success" in served
     assert "long: interrupted by Ctrl-C" in served
     assert "1 goal sent, 0 orphaned" in served
-    assert "interrupted by Ctrl-C (code 901)" in seen
-    assert "Traceback" not in served + seen
 
 
-def test_a_mission_goes_on_after_its_process_was_killed(tmp_path: Path) -> None:
+def test_a_mission_goes_on_after_its_process_was_killed(
+    start: Start, write: Write, tmp_path: Path
+) -> None:
     """In the second of three drives: the first is not driven again, the journal tells the end."""
-    mission = tmp_path / "three.yaml"
-    mission.write_text(
+    mission = write(
+        "three.yaml",
         "mission: three\ntree:\n  for_each: {n: [1, 2, 3]}\n  do:\n    sequence:\n"
         "      - move: {secs: 2, linear_velocity: 0.1}\n        timeout: 20\n"
-        "      - log: leg $n\n"
+        "      - log: leg $n\n",
     )
-    command = ("run", str(mission), "--attach", "--plain", "--journal", str(tmp_path / "journal"))
-    with ExitStack() as stack:
-        options = ("--world", "empty_arena", "--no-camera")
-        stack.enter_context(started("sim", *options, **LOCAL))
-        servers = stack.enter_context(started("servers", **LOCAL))
-        read_until(servers, "ready: scan and odometry have come")
-        run = stack.enter_context(started(*command, **LOCAL))
-        for _drive in (1, 2):
-            read_until(servers, "goal accepted")
-        run.kill()
-        again = stack.enter_context(started(*command, **LOCAL))
-        refused, _ = again.communicate(timeout=PATIENCE_S)
-        resumed = stack.enter_context(started(*command, "--resume", **LOCAL))
-        seen, _ = resumed.communicate(timeout=PATIENCE_S)
-        once_more = stack.enter_context(started(*command, "--resume", **LOCAL))
-        ended, _ = once_more.communicate(timeout=PATIENCE_S)
-    assert (again.returncode, resumed.returncode, once_more.returncode) == (2, 0, 2)
-    assert "continue it with --resume, or delete the file" in refused
+    command = ("run", mission, "--attach", "--plain", "--journal", str(tmp_path / "journal"))
+    start(*SIM)
+    servers = start("servers")
+    read_until(servers, "ready: scan and odometry have come")
+    run = start(*command)
+    for _drive in (1, 2):
+        read_until(servers, "goal accepted")
+    run.kill()
+    assert "continue it with --resume, or delete the file" in ended(start(*command), 2)
+    seen = ended(start(*command, "--resume"), 0)
     assert "leg 1" not in seen
     assert [line.split()[-1] for line in seen.splitlines() if " leg " in line] == ["2", "3"]
     assert "three: success" in seen
     assert "0 orphaned" in seen
-    assert "this mission has ended: success; start it again" in ended
+    end = ended(start(*command, "--resume"), 2)
+    assert "this mission has ended: success; start it again" in end
 
 
 def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
@@ -240,66 +243,51 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     assert results == [False, True]
 
 
-def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) -> None:
+def test_goals_are_compared_with_the_limits_of_servers_that_run(start: Start, write: Write) -> None:
     """Of another robot, and of a parameter file; without the option, the mission's robot counts."""
-    mission, limits = tmp_path / "turns.yaml", tmp_path / "limits.yaml"
-    mission.write_text(
+    mission = write(
+        "turns.yaml",
         "mission: turns\ntree:\n  sequence:\n"
         "    - {turn: {angle: 10, angular_velocity: 2.5}, timeout: 9}\n"
         "    - {turn: {angle: 50}, timeout: 9}\n",
-        encoding="utf-8",
     )
-    limits.write_text("/**:\n  ros__parameters: {turn_limit: 45.0}\n", encoding="utf-8")
-    with ExitStack() as stack:
-        options = ("--robot", "burger", "--wall-clock", "--params", str(limits))
-        servers = stack.enter_context(started("servers", *options, **LOCAL))
-        read_until(servers, "waiting for scan")
-        checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
-        output, _ = checking.communicate(timeout=PATIENCE_S)
-    assert checking.returncode == 2
+    limits = write("limits.yaml", "/**:\n  ros__parameters: {turn_limit: 45.0}\n")
+    servers = start("servers", "--robot", "burger", "--wall-clock", "--params", limits)
+    read_until(servers, "waiting for scan")
+    output = ended(start("check", mission, "--against"), 2)
     assert "1 of 1 are in the graph" in output
     assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in output
     assert "angular_velocity" not in output
-    with started("check", str(mission), **LOCAL) as checking:
-        output, _ = checking.communicate(timeout=PATIENCE_S)
-    assert checking.returncode == 2
+    output = ended(start("check", mission), 2)
     assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in output
 
 
-REMAPPED = """\
-mission: remapped
+TURNS = """\
+mission: turns
 tree:
   retry: {attempts: 20, pause: 1}
   do:
-    turn: {angle: 5}
-    timeout: 20
+    turn: {angle: 15}
+    timeout: 30
 """
 
 
 @pytest.mark.thorough
-def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
+def test_an_executive_that_serves_goes_by_other_names(
+    start: Start, write: Write, tmp_path: Path
+) -> None:
     """As launch files give them: its namespace and its node, and actions offered and asked for."""
-    (tmp_path / "remapped.yaml").write_text(REMAPPED, encoding="utf-8")
+    write("turns.yaml", TURNS)
     there = ("--ros-args", "-r", "__ns:=/robot1", "-r", "turn:=rotate")
     mine = (*there, "-r", "__node:=executive", "-r", "execute_mission:=patrol")
-    with ExitStack() as stack:
-        sim = stack.enter_context(started("sim", "--no-camera", *there, **LOCAL))
-        servers = stack.enter_context(started("servers", *there, **LOCAL))
-        read_until(sim, "empty_arena")
-        read_until(servers, "ready: scan and odometry have come")
-        options = ("serve", "--missions", str(tmp_path))
-        serve = stack.enter_context(started(*options, *mine, **LOCAL))
-        read_until(serve, "/robot1/patrol waits for missions (/clock)")
-        sent = stack.enter_context(
-            started("actions", "send", "/robot1/patrol", "{path: remapped.yaml}", **LOCAL)
-        )
-        result, _ = sent.communicate(timeout=PATIENCE_S)
-        listing = stack.enter_context(started("actions", "list", **LOCAL))
-        offered, _ = listing.communicate(timeout=PATIENCE_S)
-        serve.send_signal(signal.SIGINT)
-        served, _ = serve.communicate(timeout=PATIENCE_S)
-    assert sent.returncode == 0, result
-    assert "remapped: success" in served
+    sim, servers = start("sim", "--no-camera", *there), start("servers", *there)
+    read_until(sim, "empty_arena")
+    read_until(servers, "ready: scan and odometry have come")
+    serve = start("serve", "--missions", str(tmp_path), *mine)
+    read_until(serve, "/robot1/patrol waits for missions (/clock)")
+    ended(start("actions", "send", "/robot1/patrol", "{path: turns.yaml}"), 0)
+    offered = ended(start("actions", "list"), 0)
+    assert "turns: success" in ended(serve, 0, signal.SIGINT)
     who = {line.split()[0]: line.split()[-1] for line in offered.splitlines() if "/" in line}
     assert who["/robot1/patrol"] == "/robot1/executive"
     assert who["/robot1/rotate"] == "/robot1/bt_mission_servers"
@@ -307,26 +295,20 @@ def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive: str) -> None:
+def test_a_simulation_beside_another_is_not_driven_with_it(start: Start, drive: str) -> None:
     """Neither by the executive nor by the servers, unless that is asked for.
 
     On a busy machine the executive may not have found the second one yet: then the servers refuse.
     """
-    options = ("--world", "empty_arena", "--no-camera")
     attach = ("run", drive, "--attach", "--plain")
-    with ExitStack() as stack:
-        for _ in range(2):
-            read_until(stack.enter_context(started("sim", *options, **LOCAL)), "empty_arena")
-        servers = stack.enter_context(started("servers", **LOCAL))
-        read_until(servers, "/odom has 2 publishers")
-        run = stack.enter_context(started(*attach, **LOCAL))
-        seen, _ = run.communicate(timeout=PATIENCE_S)
-        leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
-        rejected, _ = leave.communicate(timeout=PATIENCE_S)
+    for _ in range(2):
+        read_until(start(*SIM), "empty_arena")
+    read_until(start("servers"), "/odom has 2 publishers")
+    run = start(*attach)
+    seen, _ = run.communicate(timeout=PATIENCE_S)
     is_found = run.returncode == 2 and "/odom has 2 publishers (/bt_mission_sim, " in seen
     assert is_found or (run.returncode == 1 and "rejected" in seen)
-    assert leave.returncode == 1
-    assert "rejected" in rejected
+    assert "rejected" in ended(start(*attach, "--allow-duplicates"), 1)
 
 
 def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> None:
@@ -351,3 +333,57 @@ def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:
     mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in links]
     listening = [address for address, port in mine if first <= int(port, 16) < first + 250]
     assert set(listening) == {"0100007F"}
+
+
+@pytest.mark.parametrize("command", ["servers", "arbiter"])
+def test_a_misspelt_parameter_ends_before_anything_starts(
+    start: Start, write: Write, command: str
+) -> None:
+    """With its place, exit code 2, and no traceback."""
+    path = write("mine.yaml", "/**:\n  ros__parameters:\n    topics: {cmd_val: x}\n")
+    output = ended(start(command, "--wall-clock", "--params", path), 2)
+    assert "mine.yaml:3:14: error: no such parameter 'topics.cmd_val'" in output
+    assert "did you mean 'topics.cmd_vel'?" in output
+
+
+@pytest.mark.parametrize(
+    ("command", "topic"), [("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")]
+)
+def test_a_node_of_a_real_robot_says_that_nobody_listens(
+    start: Start, command: str, topic: str
+) -> None:
+    """As an error, within a second."""
+    process = start(command, "--real", "--params", "waffle")
+    output = read_until(process, "has no subscriber")
+    assert f"{topic} has no subscriber; is the robot's bringup running?" in output
+    ended(process, 0, signal.SIGINT)
+
+
+@pytest.mark.thorough
+def test_a_mission_for_one_robot_of_two(start: Start, write: Write, tmp_path: Path) -> None:
+    """By its namespace: sim, servers and executive as three processes."""
+    robots = ("--robots", "robot1=waffle@-1,0,0", "robot2=burger@1,0,90")
+    sim = start("sim", "--no-camera", "--speed", "3", *robots, "--world", "dqn_stage1")
+    servers = start("servers", "--namespace", "robot2", "--images", str(tmp_path))
+    read_until(sim, "dqn_stage1")
+    run = start("run", write("turns.yaml", TURNS), "--attach", "--namespace", "robot2", "--json")
+    report = json.loads(ended(run, 0).splitlines()[-1])
+    assert (report["status"], report["goals_left_behind"]) == ("success", 0)
+    ended(servers, 0, signal.SIGINT)
+    ended(sim, 0, signal.SIGINT)
+
+
+def test_a_mission_is_served_when_the_reader_of_the_output_has_left(
+    start: Start, write: Write, tmp_path: Path
+) -> None:
+    """It is the client's: what reads the lines, or the disk that takes them, is no part of it."""
+    write("talks.yaml", "mission: talks\ntree: {sequence: [{log: one}, {wait: 0.2}, {log: two}]}\n")
+    serve = start("serve", "--missions", str(tmp_path), "--wall-clock")
+    read_until(serve, "missions of")
+    assert serve.stdout is not None
+    serve.stdout.close()
+    for _ in range(2):
+        ended(start("actions", "send", "/execute_mission", "{path: talks.yaml}"), 0)
+    assert serve.poll() is None
+    serve.send_signal(signal.SIGINT)
+    serve.wait(timeout=PATIENCE_S)

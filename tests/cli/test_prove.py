@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
-import pytest
-
-from bt_mission.cli.main import main
+from tests.support.command_line import CommandLine
 
 UNSET = """mission: m
 tree:
@@ -19,33 +16,27 @@ tree:
 """
 
 
-def test_json_names_the_files_and_what_the_stage_has_shown(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_json_names_the_files_and_what_the_stage_has_shown(cli: CommandLine) -> None:
     """`-o` writes them; `--confirm` runs without files; neither is null for all."""
-    mission, folder = tmp_path / "m.yaml", tmp_path / "findings"
-    mission.write_text(UNSET, encoding="utf-8")
+    cli.write("m.yaml", UNSET)
     rows = []
-    for more in (["-o", str(folder)], ["--confirm"], []):
-        assert main(["prove", str(mission), "--faults", "1", "--json", *more]) == 1
-        (finding,) = json.loads(capsys.readouterr().out)["findings"]
+    for more in ("-o findings", "--confirm", ""):
+        (finding,) = cli.json(f"prove m.yaml --faults 1 {more}", 1)["findings"]
         rows.append((finding["scenario"], finding["test"], finding["confirmed"]))
-    scenario, test = folder / "m_unset_variable.scenario.yaml", folder / "test_m_unset_variable.py"
-    assert rows == [(str(scenario), str(test), True), (None, None, True), (None, None, None)]
-    pages = {folder / "proof.html", folder / "m_unset_variable.html"}
-    assert {scenario, test, *pages} == set(folder.iterdir())
+    scenario, test = "findings/m_unset_variable.scenario.yaml", "findings/test_m_unset_variable.py"
+    assert rows == [(scenario, test, True), (None, None, True), (None, None, None)]
+    pages = {"findings/proof.html", "findings/m_unset_variable.html"}
+    assert {scenario, test, *pages} == {str(path) for path in Path("findings").iterdir()}
 
 
-def test_a_folder_with_files_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_with_files_is_refused(cli: CommandLine) -> None:
     """Before anything is explored."""
-    (tmp_path / "mine.py").touch()
-    assert main(["prove", "square", "-o", str(tmp_path)]) == 2
-    message = f"{tmp_path}: the folder is not empty; name another with -o [BT-1103]"
-    assert message in capsys.readouterr().err
+    cli.write("mine.py", "")
+    message = ".: the folder is not empty; name another with -o [BT-1103]"
+    assert message in cli.refused("prove square -o .")
 
 
-def test_the_tree_is_below_the_findings(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_tree_is_below_the_findings(cli: CommandLine) -> None:
     """Each node with its outcomes."""
-    assert main(["prove", "patrol", "--faults", "0", "--tree"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = cli.lines("prove patrol --faults 0 --tree")
     assert "outcomes of nodes: ✓ some run reaches it, · none does" in lines

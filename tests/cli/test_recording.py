@@ -5,27 +5,18 @@ from __future__ import annotations
 import resource
 import subprocess
 import sys
-from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from bt_mission.recording.reader import read_run
-from bt_mission.testing.live_graph import LOCAL
+from bt_mission.testing.live_graph import LiveGraph
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recorded_runs import messages_for_others
 
 WAIT = "mission: short\ntree: {wait: 0.5}\n"
-LONG = "mission: long\nworld: empty_arena\ntree: {wait: 60}\n"
-DRIVE = """\
-mission: drive
-tree:
-  retry: {attempts: 20, pause: 1}
-  do:
-    turn: {angle: 90}
-    timeout: 30
-"""
+DRIVE = "mission: drive\ntree: {turn: {angle: 90}, timeout: 30}\n"
 
 
 @pytest.fixture
@@ -59,12 +50,11 @@ def test_a_report_that_fails_hides_no_outcome(
 
 
 @pytest.mark.process
-def test_a_full_disk_is_reported_at_the_end(mission: CommandLine, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("mission")
+def test_a_full_disk_is_reported_at_the_end() -> None:
     """The mission itself succeeds."""
-    assert mission.folder == tmp_path
-    path = tmp_path / "run.mcap"
     done = subprocess.run(
-        [sys.executable, "-m", "bt_mission", "run", "m.yaml", "--record", str(path)],
+        [sys.executable, "-m", "bt_mission", "run", "m.yaml", "--record", "run.mcap"],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000)),
         capture_output=True,
         text=True,
@@ -72,17 +62,17 @@ def test_a_full_disk_is_reported_at_the_end(mission: CommandLine, tmp_path: Path
     )
     assert done.returncode == 0
     assert done.stdout.splitlines()[-1].startswith(
-        f"  recorded to {path}; it lacks everything after 0.0 s (File too large)"
+        "  recorded to run.mcap; it lacks everything after 0.0 s (File too large)"
     )
     assert "Traceback" not in done.stdout + done.stderr
 
 
 @pytest.mark.process
-def test_a_killed_run_leaves_all_but_its_last_second(tmp_path: Path) -> None:
+def test_a_killed_run_leaves_all_but_its_last_second(cli: CommandLine) -> None:
     """What it recorded can be read, without a summary."""
-    mission, path = tmp_path / "mission.yaml", tmp_path / "run.mcap"
-    mission.write_text(LONG, encoding="utf-8")
-    arguments = ("run", str(mission), "--speed", "2", "--trace", str(tmp_path / "trace"))
+    cli.write("long.yaml", "mission: long\nworld: empty_arena\ntree: {wait: 60}\n")
+    path = Path("run.mcap")
+    arguments = ("run", "long.yaml", "--speed", "2", "--trace", "trace")
     with started(*arguments, "--record", str(path)) as process:
         read_until(process, "▶ wait")
         while not path.exists() or path.stat().st_size < 100_000:
@@ -96,18 +86,11 @@ def test_a_killed_run_leaves_all_but_its_last_second(tmp_path: Path) -> None:
 
 
 @pytest.mark.process
-def test_an_attached_run_records_the_whole_graph(tmp_path: Path) -> None:
+def test_an_attached_run_records_the_whole_graph(live_graph: LiveGraph) -> None:
     """Of a robot and servers in other processes."""
-    mission, path = tmp_path / "mission.yaml", tmp_path / "run.mcap"
-    mission.write_text(DRIVE, encoding="utf-8")
-    with ExitStack() as stack:
-        for command in (["sim", "--world", "empty_arena"], ["servers"]):
-            stack.enter_context(started(*command, **LOCAL))
-        run = stack.enter_context(
-            started("run", str(mission), "--attach", "--record", str(path), **LOCAL)
-        )
-        out, _ = run.communicate(timeout=PATIENCE_S)
-    assert run.returncode == 0, out
+    path = live_graph.folder / "run.mcap"
+    live_graph.robot("empty_arena")
+    assert live_graph.run(DRIVE, "--record", str(path)).wait(within=PATIENCE_S) == 0
     messages = messages_for_others(path)
     topics = {message.topic for message in messages}
     assert {"/odom", "/scan", "/tf", "/tf_static", "/map", "/turn/_action/feedback"} <= topics
@@ -145,20 +128,8 @@ def test_a_run_can_have_a_page_without_a_recording(mission: CommandLine) -> None
     assert [path.name for path in Path("out").iterdir()] == ["run.html"]
 
 
-@pytest.mark.parametrize(
-    ("data", "what"),
-    [
-        (None, "cannot read it: No such file"),
-        (b"", "the file is empty"),
-        (b"PK\x03\x04 and so on", "not an MCAP file"),
-        (b"\x89MCAP0\r\n", "contains no run of a mission"),
-    ],
-)
-def test_a_page_of_something_else_is_refused(
-    cli: CommandLine, data: bytes | None, what: str
-) -> None:
-    """With the file's name; no page is made."""
-    if data is not None:
-        Path("run.mcap").write_bytes(data)
-    assert f"run.mcap: {what}" in cli.refused("report run.mcap")
+def test_a_page_of_no_run_is_refused(cli: CommandLine) -> None:
+    """With the file's name; no page is made. Others are in transcripts/recordings.txt."""
+    Path("run.mcap").write_bytes(b"\x89MCAP0\r\n")
+    assert "run.mcap: contains no run of a mission" in cli.refused("report run.mcap")
     assert not Path("run.html").exists()

@@ -47,17 +47,6 @@ def test_faults_are_in_json_and_in_the_trace(cli: CommandLine) -> None:
     assert '"event": "fault"' in Path("run.trace").read_text("utf-8")
 
 
-def test_two_runs_with_the_same_faults_have_the_same_trace(cli: CommandLine) -> None:
-    """To the last byte; another fault makes another trace."""
-    cli.write("turns.yaml", TURN)
-    hashes = []
-    for share in (0.5, 0.5, 0.4):
-        cli.call(f"run turns.yaml --json --fault 'at 0.2: drop odom share {share} lasting 1'")
-        hashes.append(cli.out.partition('"trace_sha256": "')[2][:64])
-    assert hashes[0] == hashes[1] != hashes[2]
-    assert len(hashes[0]) == 64
-
-
 @pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.name)
 def test_shipped_scenarios_are_found_by_their_names(path: Path, cli: CommandLine) -> None:
     """From any folder."""

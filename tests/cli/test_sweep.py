@@ -1,22 +1,24 @@
-"""``bt-mission sweep`` with workers: what it prints, keeps and exits with."""
+"""``bt-mission sweep``: what it prints, keeps and exits with; refusals are in transcripts/."""
 
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.base import BaseChanges, load_base
+from bt_mission.sweeps.store import ResultStore, SweepAbout
+from bt_mission.sweeps.work import ScenarioWorker
 from bt_mission.testing.live_graph import command
+from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
-
-pytestmark = pytest.mark.process
+from tests.sweeps.rows import row
 
 TURNS = """\
 mission: turns
@@ -72,6 +74,7 @@ def sweep(folder: Path, *words: str) -> tuple[int, dict[str, Any], str]:
     return ended.returncode, json.loads(ended.stdout or "{}"), ended.stderr
 
 
+@pytest.mark.process
 def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     """Counts, rows, recordings of the worst with their pages; again, nothing is left to do."""
     (tmp_path / "turns.yaml").write_text(TURNS)
@@ -107,6 +110,7 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
+@pytest.mark.process
 def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -125,22 +129,54 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     assert "1 scenario could not run" in error
 
 
-def test_ctrl_c_ends_it_with_what_is_there(tmp_path: Path) -> None:
+@pytest.mark.process
+def test_ctrl_c_ends_it_with_what_is_there(cli: CommandLine) -> None:
     """The same command continues."""
-    (tmp_path / "turns.yaml").write_text(TURNS)
+    cli.write("turns.yaml", TURNS)
     words = ("sweep", "turns.yaml", "--seeds", "400", "--workers", "1", "--record-worst", "0")
-    here = os.getcwd()  # noqa: PTH109 - the folder of the process
-    os.chdir(tmp_path)
-    try:
-        with started(*words) as process:
-            read_until(process, "/s ")  # there is a rate once there is a row
-            process.send_signal(signal.SIGINT)
-            rest = process.communicate(timeout=PATIENCE_S)[0]
-            assert process.returncode == 130, rest
-    finally:
-        os.chdir(here)
+    with started(*words) as process:
+        read_until(process, "/s ")  # there is a rate once there is a row
+        process.send_signal(signal.SIGINT)
+        rest = process.communicate(timeout=PATIENCE_S)[0]
+        assert process.returncode == 130, rest
     assert "stopped by SIGINT" in rest
     assert "the same command with --resume continues" in rest
     assert "succeeded (" in rest
-    with ResultStore.read(tmp_path / "turns_sweep") as store:
+    with ResultStore.read(Path("turns_sweep")) as store:
         assert 0 < len(store.ids()) < 400
+
+
+FAST = """\
+mission: drives
+inputs: {speed: 0.1}
+tree:
+  explore_forward: {fwd_velocity: $speed, stopping_distance: 0.5}
+"""
+
+
+def test_a_row_of_an_error_names_the_file_of_the_mission(cli: CommandLine) -> None:
+    """Only a worker loads a scenario between the ends of a parameter, and it has a copy."""
+    base = load_base(Path(cli.write("mine/drives.yaml", FAST)), BaseChanges())
+    with ScenarioWorker(base.bundle) as worker:
+        result = worker.carry_out(base.concrete({"speed": 0.9}))
+    assert result.is_error
+    assert result.reason.endswith(", in mine/drives.yaml:4:35")
+
+
+def test_without_dask_it_says_what_to_install(
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Dask is an extra."""
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert "pip install 'bt-mission[sweep]'" in cli.refused(f"sweep {cli.write('m.yaml', TURNS)}")
+
+
+def test_results_of_another_sweep_are_kept(cli: CommandLine) -> None:
+    """The error says what differs."""
+    cli.write("turns.yaml", TURNS)
+    about = SweepAbout(mission="turns", seeds="0..4")
+    with ResultStore.create(Path("turns_sweep"), about) as store:
+        store.add(row(0))
+    assert "add --resume to continue it" in cli.refused("sweep turns.yaml --seeds 3")
+    error = cli.refused("sweep turns.yaml --seeds 3 --resume")
+    assert 'seeds was "0..4", is "0..2"' in error

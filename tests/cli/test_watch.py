@@ -1,7 +1,8 @@
-"""``bt-mission watch`` as a separate process, beside the process of the mission."""
+"""``bt-mission watch``: which executive it takes; as a process beside that of the mission."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import pty
@@ -9,13 +10,15 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from bt_mission.cli import watch
+from bt_mission.core import wall_clock
+from bt_mission.events.source import ListedExecutive
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import PATIENCE_S, read_until, started
-
-pytestmark = pytest.mark.process
 
 DRIVE = """\
 mission: drive
@@ -40,6 +43,7 @@ def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Pop
         yield process
 
 
+@pytest.mark.process
 def test_the_tree_is_printed_once(mission: subprocess.Popen[str]):
     """With all statuses, though the watcher has come late."""
     with started("watch", "--once", "--wait", "60", **LOCAL) as watch:
@@ -51,6 +55,7 @@ def test_the_tree_is_printed_once(mission: subprocess.Popen[str]):
     assert any("turn round" in line for line in lines)
 
 
+@pytest.mark.process
 def test_what_happens_is_streamed_until_the_reader_leaves(mission: subprocess.Popen[str]):
     """One object a line; a pipe that closes is no traceback."""
     with started("watch", "--json", "--wait", "60", **LOCAL) as watch:
@@ -61,6 +66,7 @@ def test_what_happens_is_streamed_until_the_reader_leaves(mission: subprocess.Po
     assert [event["event"] for event in events if event["event"] == "start"] == ["start"]
 
 
+@pytest.mark.process
 def test_a_picture_is_drawn_on_a_terminal(mission: subprocess.Popen[str]):
     """Until somebody presses q; the terminal is then as it was."""
     seen, code = on_terminal("xterm-256color", "turn round", b"q")
@@ -71,6 +77,7 @@ def test_a_picture_is_drawn_on_a_terminal(mission: subprocess.Popen[str]):
 
 
 @pytest.mark.thorough
+@pytest.mark.process
 def test_a_terminal_that_cannot_be_drawn_on_has_plain_lines(mission: subprocess.Popen[str]):
     """With a word."""
     seen, code = on_terminal("dumb", "▶ turn round", b"\x03")
@@ -79,6 +86,7 @@ def test_a_terminal_that_cannot_be_drawn_on_has_plain_lines(mission: subprocess.
     assert "\x1b" not in seen
 
 
+@pytest.mark.process
 def test_nobody_there_is_told(tmp_path: Path):
     """With what was looked for; code 1 when waiting was limited."""
     apart = {**LOCAL, "ROS_DOMAIN_ID": str(int(os.environ["ROS_DOMAIN_ID"]) % 100 + 1)}
@@ -128,3 +136,67 @@ def read_terminal(terminal: int, until: bytes) -> bytes:
         except OSError:  # it has no other end any more
             break
     return seen
+
+
+# ---- which executive, without processes --------------------------------------------------------
+
+
+class Watched:
+    """A graph in which executives come up late, on its own clock."""
+
+    where = "a test"
+
+    def __init__(self, come_s: float) -> None:
+        self.now_s = 0.0
+        self.attached = ""
+        self._come_s = come_s
+
+    def serve(self, wall_s: float) -> None:
+        """Let time pass."""
+        self.now_s += wall_s
+
+    def find(self) -> tuple[ListedExecutive, ...]:
+        """All at once."""
+        names = ("/r1/bt_mission", "/r2/bt_mission") if self.now_s > self._come_s else ()
+        return tuple(ListedExecutive(name) for name in names)
+
+    def attach(self, name: str, **_: Any) -> str:
+        """Remember who is watched."""
+        self.attached = name
+        return name
+
+
+def looked(
+    monkeypatch: pytest.MonkeyPatch, come_s: float, name: str, wait_s: float | None = None
+) -> str:
+    """Look for an executive; gives whom it found."""
+    graph: Any = Watched(come_s)
+
+    class Since:
+        def __init__(self) -> None:
+            self._start_s = graph.now_s
+
+        @property
+        def elapsed_s(self) -> float:
+            return float(graph.now_s - self._start_s)
+
+    monkeypatch.setattr(wall_clock, "Stopwatch", Since)
+    watch.look_for(graph, argparse.Namespace(executive=name, wait=wait_s))
+    return str(graph.attached)
+
+
+def test_who_comes_up_just_then_is_not_said_to_be_absent(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The list of those that are there would name it."""
+    assert looked(monkeypatch, 2.9 * watch.SETTLE_S, "/r2") == "/r2/bt_mission"
+    assert capsys.readouterr().err == ""
+
+
+def test_who_is_there_when_the_time_is_up_is_taken(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where nobody had come up before."""
+    assert looked(monkeypatch, 0.9 * watch.SETTLE_S, "/r2", watch.SETTLE_S) == "/r2/bt_mission"
+    assert looked(monkeypatch, 0.9 * watch.SETTLE_S, "/r3", watch.SETTLE_S) == ""
+    assert "no executive /r3/bt_mission (a test); available:" in capsys.readouterr().err

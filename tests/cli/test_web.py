@@ -1,10 +1,11 @@
-"""The options of ``--web``, and the commands that have them, as processes of their own."""
+"""The options of ``--web`` and ``--foxglove``, and their commands, as processes of their own."""
 
 from __future__ import annotations
 
 import argparse
 import re
 import signal
+import socket
 import subprocess
 import urllib.request
 from collections.abc import Callable, Iterator
@@ -17,27 +18,33 @@ import pytest
 
 from bt_mission import read_recording
 from bt_mission.cli import replay, run_shown, web
-from bt_mission.cli.main import main, make_parser
-from bt_mission.testing.live_graph import command
+from bt_mission.cli.main import make_parser
+from bt_mission.graph_tools.foxglove import LAYOUT
+from bt_mission.testing.live_graph import LOCAL, command
 from bt_mission.views.web.live import LiveMission
+from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
+from tests.support.project import ROOT
 from tests.support.recordings import recording, with_facts
 from tests.support.report_pages import data_of
+from tests.support.thorough import sample
 
 if TYPE_CHECKING:
     from bt_mission.views.web.server import WebServer
 
-HAS_WEB = all(find_spec(name) for name in web.NEEDED)
-needs_web = pytest.mark.skipif(not HAS_WEB, reason="the extra 'web' is not installed")
+pytestmark = pytest.mark.skipif(
+    not all(find_spec(name) for name in web.NEEDED), reason="the extra 'web' is not installed"
+)
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104 - that it is warned of is what is tested
-
-WAIT = """\
-mission: wait
-world: empty_arena
-tree:
-  wait: 1
-"""
+WAIT = "mission: wait\nworld: empty_arena\ntree:\n  wait: 1\n"
+FOREVER = WAIT.replace("wait: 1", "wait: 100000")
+FLEET = "fleet: waiting\nrobots:\n  one:\n    mission: wait.yaml\n"
+TWO_ROBOTS = str(ROOT / "missions" / "fleets" / "two_wanderers.fleet.yaml")
+SINCE_1970_NS = 10**18
+"""The clock of this machine is beyond, that of a simulation is not."""
+WEB = ("--web", "--port", "0")
+FOXGLOVE = ("--foxglove", "--foxglove-port=0")
 
 
 def options(*words: str) -> argparse.Namespace:
@@ -46,35 +53,13 @@ def options(*words: str) -> argparse.Namespace:
 
 
 def link_in(text: str) -> str:
-    """The link that a command has printed."""
-    match = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text)
+    """The link to a page, or the address for Foxglove, that a command has printed."""
+    match = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text) or re.search(
+        r"in Foxglove: (ws://127\.0\.0\.1:\d+), layout (\S+)", text
+    )
     assert match, text
+    assert match.re.groups == 1 or Path(match[2]) == LAYOUT
     return match[1]
-
-
-def test_without_the_extra_it_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-):
-    """Before anything moves."""
-    monkeypatch.setattr(web, "find_spec", lambda name: None)
-    assert main(["replay", "x.mcap", "--web"]) == 2
-    output = "--web needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
-    assert output in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("port", ["-1", "65536", "http", "8080.0"])
-def test_a_port_is_a_number_of_sixteen_bits(port: str, capsys: pytest.CaptureFixture[str]):
-    """What else is given is refused with what is expected."""
-    with pytest.raises(SystemExit):
-        options("--web", "--port", port)
-    assert f"expected a port from 0 to 65535, got '{port}'" in capsys.readouterr().err
-
-
-def test_another_process_gets_the_same_options():
-    """That it is started with, too."""
-    words = ["--web", "--port=0", "--open", "--read-only", "--host=127.0.0.1"]
-    assert web.web_arguments(options(*words)) == words
-    assert web.web_arguments(options("--web")) == ["--web"]
 
 
 def page_of(link: str) -> str:
@@ -83,27 +68,60 @@ def page_of(link: str) -> str:
         return str(page.read(), "utf-8")
 
 
-@needs_web
-def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[str]):
+def ended(process: subprocess.Popen[str], code: int) -> str:
+    """What a process says after Ctrl-C, when it ends with this code."""
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == code, out
+    assert "Traceback" not in out
+    return out
+
+
+@pytest.mark.parametrize("line", ["replay x.mcap --web", "run m.yaml --foxglove"])
+def test_without_the_extra_it_says_what_to_install(
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    """Before anything moves."""
+    monkeypatch.setattr(web, "find_spec", lambda name: None)
+    cli.write("m.yaml", FOREVER)
+    needs = "needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
+    assert f"{line.rsplit(maxsplit=1)[-1]} {needs}" in cli.refused(line)
+
+
+@pytest.mark.parametrize("line", ["run m.yaml", "serve", "watch"])
+def test_a_port_that_is_taken_ends_it_before_anything_moves(cli: CommandLine, line: str) -> None:
+    """With what to do."""
+    cli.write("m.yaml", FOREVER)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        cli(f"{line} --foxglove --foxglove-port={port}", 2)
+    assert f"--foxglove-port {port}: the port is in use; --foxglove-port " in cli.err
+
+
+def test_another_process_gets_the_same_options() -> None:
+    """That it is started with, too."""
+    words = ["--web", "--port=0", "--open", "--read-only", "--host=127.0.0.1"]
+    assert web.web_arguments(options(*words)) == words
+    assert web.web_arguments(options("--web")) == ["--web"]
+
+
+def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
     """With what whoever has the link can do, and a way that needs no warning."""
-    from bt_mission.views.web.live import LiveMission  # noqa: PLC0415 - needs the extra
-    from tests.support.watched import ScriptedGraph  # noqa: PLC0415 - as above
+    from tests.support.watched import ScriptedGraph  # noqa: PLC0415 - needs the extra
 
     shown = LiveMission(ScriptedGraph())
-    with web.web_server(options("--web", "--port", "0", "--host", EVERYWHERE), shown) as server:
+    with web.web_server(options(*WEB, "--host", EVERYWHERE), shown) as server:
         reported = capsys.readouterr().err
         assert "--host 0.0.0.0: other machines can reach the page." in reported
         assert "watch and stop the mission" in reported
         assert f"ssh -L {server.port}:127.0.0.1:{server.port}" in reported
-    with web.web_server(options("--web", "--port", "0"), shown):
+    with web.web_server(options(*WEB), shown):
         assert "other machines" not in capsys.readouterr().err
 
 
-@needs_web
-@needs_web
 def test_forks_are_offered_with_the_file_as_it_was_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A run on a graph, which cannot run again, says so; who may only look is offered none."""
     pages: list[str] = []
 
@@ -117,72 +135,23 @@ def test_forks_are_offered_with_the_file_as_it_was_named(
         yield Server()
 
     monkeypatch.setattr(replay, "page_server", server)
-    monkeypatch.chdir(tmp_path)
     Path("my run.mcap").write_bytes(recording().read_bytes())
     with_facts(Path("live.mcap"), {"world": None})
-    for words in (["my run.mcap"], ["live.mcap"], ["my run.mcap", "--read-only"]):
-        assert main(["replay", *words, "--web"]) == 130
+    for words in ("'my run.mcap'", "live.mcap", "'my run.mcap' --read-only"):
+        cli(f"replay {words} --web", 130)
     offered, refused, none = (next(iter(data_of(page).values())).get("fork", {}) for page in pages)
     assert offered == {"command": "bt-mission fork 'my run.mcap' --at", "refusal": ""}
     assert "on a running graph" in refused["refusal"]
     assert none == {}
 
 
-@needs_web
-@pytest.mark.process
-def test_a_run_is_shown_until_ctrl_c_and_then_told(tmp_path: Path):
-    """Its page stays when it has ended; its files are whole by then, and the code is its own."""
-    mission = tmp_path / "wait.yaml"
-    mission.write_text(WAIT, encoding="utf-8")
-    kept, page = tmp_path / "wait.mcap", tmp_path / "wait.html"
-    files = ("--record", str(kept), "--report", str(page))
-    with started("run", str(mission), "--web", "--port", "0", "--plain", *files) as process:
-        seen = read_until(process, "the page stays until Ctrl-C")
-        assert read_recording(kept).why_cut == ""
-        assert page.exists()
-        assert '<script type="module" src="app.js">' in page_of(link_in(seen))
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 0
-    assert "success" in out
-    assert "Traceback" not in seen + out
-
-
-@needs_web
-@pytest.mark.process
-def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(tmp_path: Path):
-    """And the page with it."""
-    mission = tmp_path / "wait.yaml"
-    mission.write_text(WAIT.replace("wait: 1", "wait: 1000"), encoding="utf-8")
-    with started("run", str(mission), "--web", "--port", "0", "--plain") as process:
-        link_in(read_until(process, "in a browser"))
-        read_until(process, "wait")
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
-    assert "interrupted by Ctrl-C" in out
-    assert "Traceback" not in out
-
-
-FLEET = """\
-fleet: waiting
-robots:
-  one:
-    mission: wait.yaml
-"""
-
-
-@needs_web
 @pytest.mark.parametrize("name", ["wait.yaml", "wait.fleet.yaml"])
 def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-):
+    name: str, cli: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its mission does not run first, with nobody to stop it."""
-    (tmp_path / "wait.yaml").write_text(WAIT, encoding="utf-8")
-    (tmp_path / "wait.fleet.yaml").write_text(FLEET, encoding="utf-8")
+    cli.write("wait.yaml", WAIT)
+    cli.write("wait.fleet.yaml", FLEET)
 
     @contextmanager
     def interrupted(
@@ -193,45 +162,96 @@ def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
             yield server
 
     monkeypatch.setattr(run_shown, "web_server", interrupted)
-    assert main(["run", str(tmp_path / name), "--web", "--port", "0"]) == 130
-    assert "interrupted by Ctrl-C" in capsys.readouterr().out
+    assert "interrupted by Ctrl-C" in cli(f"run {name} --web --port 0", 130)
 
 
-@needs_web
 @pytest.mark.process
-def test_a_recording_is_shown_until_ctrl_c():
+def test_a_run_is_shown_until_ctrl_c_and_then_told(cli: CommandLine) -> None:
+    """Its page stays when it has ended; its files are whole by then, and the code is its own."""
+    cli.write("wait.yaml", WAIT)
+    files = ("--record", "wait.mcap", "--report", "wait.html")
+    with started("run", "wait.yaml", *WEB, "--plain", *files) as process:
+        seen = read_until(process, "the page stays until Ctrl-C")
+        assert read_recording("wait.mcap").why_cut == ""
+        assert Path("wait.html").exists()
+        assert '<script type="module" src="app.js">' in page_of(link_in(seen))
+        assert "success" in ended(process, 0)
+    assert "Traceback" not in seen
+
+
+@pytest.mark.process
+def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(cli: CommandLine) -> None:
+    """And the page with it."""
+    with started("run", cli.write("wait.yaml", FOREVER), *WEB, "--plain") as process:
+        link_in(read_until(process, "in a browser"))
+        read_until(process, "wait")
+        assert "interrupted by Ctrl-C" in ended(process, 130)
+
+
+@pytest.mark.process
+def test_a_recording_is_shown_until_ctrl_c() -> None:
     """Its page is served as that of a mission."""
-    with started("replay", str(recording()), "--web", "--port", "0") as process:
+    with started("replay", str(recording()), *WEB) as process:
         link = link_in(read_until(process, "in a browser"))
         assert "requestAnimationFrame" in page_of(f"{link}app.js")
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
-    assert "Traceback" not in out
+        ended(process, 130)
 
 
-@needs_web
 @pytest.mark.process
-def test_nobody_to_watch_ends_with_a_word_in_time():
+def test_nobody_to_watch_ends_with_a_word_in_time() -> None:
     """As without a page."""
-    arguments = ("watch", "nobody", "--web", "--port", "0", "--wait", "1")
-    with started(*arguments, ROS_DOMAIN_ID="87") as process:
+    with started("watch", "nobody", *WEB, "--wait", "1", ROS_DOMAIN_ID="87") as process:
         out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "/nobody/bt_mission was not found" in out
 
 
-@needs_web
 @pytest.mark.process
-def test_the_page_of_another_process_ends_with_the_one_that_has_started_it():
+@pytest.mark.parametrize(
+    ("words", "line"), [(("robot", *WEB), "in a browser"), (FOXGLOVE, "in Foxglove")]
+)
+def test_it_ends_with_the_process_that_has_started_it(words: tuple[str, ...], line: str) -> None:
     """Even where that was killed: its standard input ends."""
-    arguments = [*command("watch", "robot", "--web", "--port", "0"), "--until-input-ends"]
+    arguments = [*command("watch", *words), "--until-input-ends"]
     with subprocess.Popen(
         arguments, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stdin is not None
         assert process.stderr is not None
-        while "in a browser" not in process.stderr.readline():
+        while line not in process.stderr.readline():
             pass
         process.stdin.close()
         assert process.wait(timeout=PATIENCE_S) == 0
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(
+    ("file", "topic"), sample([(TWO_ROBOTS, "/waffle1/odom"), ("m.yaml", "/odom")], every=2)
+)
+def test_foxglove_sees_a_run_until_it_ends(cli: CommandLine, file: str, topic: str) -> None:
+    """On the stage, also a fleet, in real time; Ctrl-C ends the mission in good order."""
+    from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
+
+    cli.write("m.yaml", FOREVER)
+    with started("run", file, *FOXGLOVE, "--plain") as process:
+        with FoxgloveClient(link_in(read_until(process, "in Foxglove"))) as client:
+            client.wait_for(lambda: topic in client.channels)
+            client.subscribe(topic)
+            client.wait_for(lambda: client.received[topic])
+        assert "interrupted by Ctrl-C" in ended(process, 130)
+
+
+@pytest.mark.process
+def test_foxglove_sees_a_graph_with_its_own_time(cli: CommandLine) -> None:
+    """Topics of other processes: here those of a simulation, with the time of its clock."""
+    from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
+
+    run = ("run", cli.write("m.yaml", FOREVER), "--visible", "--speed=1", "--plain")
+    with started(*run, **LOCAL), started("watch", *FOXGLOVE, **LOCAL) as process:
+        with FoxgloveClient(link_in(read_until(process, "in Foxglove"))) as client:
+            client.wait_for(lambda: client.channels.keys() >= {"/odom", "/bt_mission/tree"})
+            client.subscribe("/odom", "/bt_mission/tree")
+            client.wait_for(lambda: client.received["/bt_mission/tree"])
+            client.wait_for(lambda: any(t < SINCE_1970_NS for t, _ in client.received["/odom"]))
+            client.wait_for(lambda: any(t < SINCE_1970_NS for t in client.times))
+        ended(process, 130)

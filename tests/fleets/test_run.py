@@ -13,14 +13,23 @@ from bt_mission.fleets.report import FleetReport, RobotReport
 from bt_mission.fleets.run import run_fleet
 
 
+def waiting(*waits_s: float, **changes: Any) -> FleetReport:
+    """What two robots come to that only wait."""
+    plan = bt_mission.load_fleet(files.find("missions", "fleets/two_wanderers.fleet.yaml"))
+    missions = (
+        bt_mission.load(f"mission: waits\ntree: {{wait: {wait_s}}}\n") for wait_s in waits_s
+    )
+    robots = tuple(
+        dataclasses.replace(robot, mission=mission)
+        for robot, mission in zip(plan.robots, missions, strict=True)
+    )
+    return run_fleet(dataclasses.replace(plan, robots=robots), **changes)
+
+
 @pytest.fixture(scope="module")
 def still() -> FleetReport:
-    """What two robots come to that do nothing, with another seed than that of their file."""
-    path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
-    plan = bt_mission.load_fleet(path)
-    idle = bt_mission.load("mission: idle\ntree: {wait: 0.1}\n")
-    robots = tuple(dataclasses.replace(robot, mission=idle) for robot in plan.robots)
-    return run_fleet(dataclasses.replace(plan, robots=robots), seed=3)
+    """What two robots come to with another seed than that of their file."""
+    return waiting(0.1, 0.1, seed=3)
 
 
 def test_the_seeds_of_the_missions_count_up_from_that_of_the_run(still: FleetReport) -> None:
@@ -39,10 +48,7 @@ def test_a_contact_of_two_robots_counts_once_and_apart(still: FleetReport) -> No
     first, second = still.robots
     report = dataclasses.replace(
         still,
-        robots=(
-            touching(first, 3, {"burger1": 2}),
-            touching(second, 2, {"waffle1": 2}),
-        ),
+        robots=(touching(first, 3, {"burger1": 2}), touching(second, 2, {"waffle1": 2})),
     )
     assert (report.collisions_with_world, report.collisions_among_robots) == (1, 2)
     assert "  collisions: 1 with the world, 2 among robots" in str(report).splitlines()
@@ -73,15 +79,7 @@ def test_the_status_is_that_of_the_worst_mission(
 
 def test_the_real_time_factor_of_a_robot_is_that_of_its_own_mission() -> None:
     """One that has ended long before the others has not taken their wall time."""
-    path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
-    plan = bt_mission.load_fleet(path)
-    robots = tuple(
-        dataclasses.replace(
-            left, mission=bt_mission.load(f"mission: waits\ntree: {{wait: {wait_s}}}\n")
-        )
-        for left, wait_s in zip(plan.robots, (0.1, 60), strict=True)
-    )
-    report = run_fleet(dataclasses.replace(plan, robots=robots))
+    report = waiting(0.1, 60)
     first, second = (robot.mission for robot in report.robots)
     assert first.wall_s < second.wall_s / 2
     assert second.wall_s <= report.wall_s

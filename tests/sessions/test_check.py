@@ -1,5 +1,6 @@
 """Missions on this machine: worlds, robots, parallel branches, and types where ROS is there."""
 
+import math
 import sys
 
 import pytest
@@ -174,3 +175,24 @@ def test_a_pose_is_judged_only_where_the_map_is_known():
     assert examined(text.replace("world: nav_arena\n", "")) == (True, [])
     odom = "{header: {frame_id: odom}, pose: {position: {x: 9}, orientation: {w: 1}}}"
     assert examined(text.replace("[9, 9, 0]", odom)) == (True, [])
+
+
+@pytest.mark.parametrize(
+    ("angle", "is_warned_of"),
+    [
+        (math.pi / 2, True),
+        (-1.5708, True),
+        (0.0, False),
+        (0.001, False),
+        (3.0, False),
+        (90.0, False),
+    ],
+)
+def test_an_angle_that_looks_like_radians_is_warned_of(angle, is_warned_of):
+    """Zero and whole numbers are usual in degrees, too."""
+    results = first_lines(f"mission: m\ntree: {{turn: {{angle: {angle}}}, timeout: 9}}")
+    assert len(results) == is_warned_of
+    for line in results:
+        assert line.startswith("m.yaml:2:22: warning: 'angle' is in degrees, and ")
+        assert "of them in radians" in line
+        assert line.endswith("[BT-309]")

@@ -1,4 +1,4 @@
-"""Missions as goals of ``execute_mission``, over real rclpy."""
+"""Missions as goals of ``execute_mission``, over real rclpy, and their requirements."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import ExecuteMission
-from bt_mission_interfaces.msg import MissionState
+from bt_mission_interfaces.msg import MissionState, Requirements
 from bt_mission_interfaces.srv import SetBreakpoint
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
+from action_servers.core.error_codes import ErrorCode
+from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.goal_rate import MOST_LINES
 from bt_mission.ros.graph import LATCHED
+from bt_mission.sessions.mission_server import VIOLATED
 from bt_mission.sessions.served_missions import ServedMissions
 from tests.support.mission_goals import Sent
+from tests.support.project import ROOT
 
 TURN = "mission: m\ninputs: {angle: 90}\ntree:\n  turn: {angle: $angle}\n  timeout: 60\n"
 
@@ -25,6 +29,20 @@ def send(ros: Any) -> Any:
     """Send a mission to the executive."""
     client = ActionClient(ros.client, ExecuteMission, "execute_mission")
     return lambda **fields: Sent(ros, client, **fields)
+
+
+@pytest.fixture
+def turning(ros: Any, send: Any) -> Any:
+    """Serve a mission until its server has the goal; gives that server and the mission."""
+
+    def start(habits: dict[str, Any] | None = None, **options: Any) -> tuple[Any, Sent]:
+        ros.serve(**options)
+        turn = ros.server(**habits or {})
+        mission = send(text=TURN)
+        ros.until(lambda: turn.goals)
+        return turn, mission
+
+    return start
 
 
 def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
@@ -75,12 +93,9 @@ def test_a_paused_mission_keeps_the_limits_of_its_goals(ros: Any, send: Any) -> 
     assert result.error_msg == "'turn' canceled by timeout: not done within 5 s"
 
 
-def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
+def test_a_mission_that_fails_says_where(turning: Any) -> None:
     """As its goal's own result has it."""
-    ros.serve()
-    turn = ros.server()
-    mission = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, mission = turning()
     turn.goal.abort(error_code=906, error_msg="a wall")
     status, result = mission.end()
     assert (status, result.status, result.error_code) == ("aborted", "failure", 910)
@@ -90,11 +105,8 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
 @pytest.mark.parametrize(
     ("goal", "words"),
     [
-        (
-            {"text": "mission: m\ntree:\n  trun: {}\n"},
-            "<text>:3:3: error: unknown node type",
-        ),
-        ({"path": "no_such_mission"}, "no folder of missions is served"),
+        ({"text": "mission: m\ntree:\n  trun: {}\n"}, "<text>:3:3: error: unknown node type"),
+        ({"path": "patrol"}, "no folder of missions is served; start `serve` with --missions DIR"),
         ({}, "expected either a path or a text"),
         ({"text": TURN, "path": "explore"}, "expected either a path or a text"),
         ({"text": TURN, "seed": -2}, "seed: expected an integer from 0"),
@@ -128,36 +140,9 @@ def test_a_behaviour_that_cannot_be_made_ends_no_server(ros: Any, send: Any, tmp
     assert send(text=TURN).accepted
 
 
-def test_a_file_outside_is_neither_read_nor_run(ros: Any, send: Any, tmp_path: Any) -> None:
-    """A client learns nothing of it, and nothing is imported."""
-    outside, inside = tmp_path / "outside", tmp_path / "inside"
-    outside.mkdir()
-    inside.mkdir()
-    (outside / "token.yaml").write_text("token: swordfish\n")
-    (outside / "leaf.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w').close()\n")
-    (outside / "m.yaml").write_text("mission: m\ntree: {python: 'leaf.py:X'}\n")
-    ros.serve(ServedMissions((inside,)))
-    for name in ("token", "m"):
-        status, result = send(path=str(outside / f"{name}.yaml")).end()
-        assert (status, result.error_code) == ("aborted", 909)
-        assert "no such mission in the folders that are served" in result.error_msg
-        assert "swordfish" not in result.error_msg
-    assert not (tmp_path / "ran").exists()
-
-
-def test_by_default_nothing_is_offered(ros: Any, send: Any) -> None:
-    """The reason names the options that open it."""
-    ros.serve(ServedMissions())
-    assert "--missions DIR" in send(path="patrol").end()[1].error_msg
-    assert "--allow-text" in send(text=TURN).end()[1].error_msg
-
-
-def test_a_cancel_ends_every_goal_first(ros: Any, send: Any) -> None:
+def test_a_cancel_ends_every_goal_first(ros: Any, turning: Any) -> None:
     """The server takes its time to stop; the mission is canceled only then."""
-    ros.serve()
-    turn = ros.server(cancels=None)
-    mission = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, mission = turning({"cancels": None})
     mission.cancel()
     ros.until(lambda: turn.goal.cancels)
     turn.goal.answer_cancel()
@@ -169,12 +154,9 @@ def test_a_cancel_ends_every_goal_first(ros: Any, send: Any) -> None:
     assert (result.error_msg, result.goals_left_behind) == ("canceled", 0)
 
 
-def test_a_newer_mission_replaces_the_one_that_runs(ros: Any, send: Any) -> None:
+def test_a_newer_mission_replaces_the_one_that_runs(ros: Any, send: Any, turning: Any) -> None:
     """It waits until the goals of the older have ended; one that waits is replaced as well."""
-    ros.serve()
-    turn = ros.server(cancels=None)
-    first = send(text=TURN, inputs=["angle=1"])
-    ros.until(lambda: turn.goals)
+    turn, first = turning({"cancels": None})
     second = send(text=TURN, inputs=["angle=2"])
     third = send(text=TURN, inputs=["angle=3"])
     status, result = second.end()
@@ -192,12 +174,9 @@ def test_a_newer_mission_replaces_the_one_that_runs(ros: Any, send: Any) -> None
     assert turn.goal.request.angle == 3.0
 
 
-def test_a_mission_that_waits_can_be_cancelled(ros: Any, send: Any) -> None:
+def test_a_mission_that_waits_can_be_cancelled(send: Any, turning: Any) -> None:
     """The one that runs has been told to end all the same."""
-    ros.serve()
-    turn = ros.server(cancels=None)
-    first = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, first = turning({"cancels": None})
     second = send(text=TURN)
     second.cancel()
     assert second.end()[0] == "canceled"
@@ -207,12 +186,9 @@ def test_a_mission_that_waits_can_be_cancelled(ros: Any, send: Any) -> None:
     assert len(turn.goals) == 1
 
 
-def test_by_parameter_a_newer_mission_is_refused(ros: Any, send: Any) -> None:
+def test_by_parameter_a_newer_mission_is_refused(ros: Any, send: Any, turning: Any) -> None:
     """Rejected while one runs, welcome afterwards."""
-    ros.serve(on_new_goal="refuse")
-    turn = ros.server()
-    first = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, first = turning(on_new_goal="refuse")
     assert not send(text=TURN).accepted
     assert ros.logged[-1] == "mission refused: another mission runs (on_new_goal: refuse)"
     turn.goal.succeed()
@@ -232,16 +208,13 @@ def test_a_mission_cannot_wait_for_its_own_executive(ros: Any, send: Any) -> Non
     assert "went on" in ros.logged
 
 
-def test_closing_ends_the_mission_and_refuses_others(ros: Any, send: Any) -> None:
+def test_closing_ends_the_mission_and_refuses_others(ros: Any, send: Any, turning: Any) -> None:
     """As Ctrl-C does."""
-    serve = ros.serve()
-    turn = ros.server()
-    mission = send(text=TURN)
-    ros.until(lambda: turn.goals)
-    serve.close("interrupted by Ctrl-C")
+    _, mission = turning()
+    ros.served.close("interrupted by Ctrl-C")
     status, result = mission.end()
     assert (status, result.error_msg) == ("aborted", "interrupted by Ctrl-C")
-    ros.until(lambda: not serve.is_busy)
+    ros.until(lambda: not ros.served.is_busy)
     assert not send(text=TURN).accepted
 
 
@@ -257,25 +230,6 @@ def test_the_state_is_latched_from_the_start(ros: Any, send: Any) -> None:
     assert states == ["idle", "running", "success"]
 
 
-def test_no_mission_starts_where_two_robots_are_one(ros: Any, send: Any) -> None:
-    """A simulation beside a robot; with leave it starts all the same."""
-    nodes = [ros.node(name) for name in ("robot", "simulation")]
-    for node in nodes:
-        node.create_publisher(Odometry, "odom", 10)
-    ros.serve()
-    status, result = send(text=TURN).end()
-    assert (status, result.error_code) == ("aborted", 909)
-    assert result.error_msg.startswith("/odom has 2 publishers (/robot, /simulation): ")
-
-
-def test_with_leave_a_mission_starts_all_the_same(ros: Any, send: Any) -> None:
-    """For whoever has a reason to."""
-    for name in ("robot", "simulation"):
-        ros.node(name).create_publisher(Odometry, "odom", 10)
-    ros.serve(allow_duplicates=True)
-    assert send(text="mission: m\ntree: {log: hello}\n").end()[0] == "succeeded"
-
-
 def test_of_many_refused_missions_some_are_told(ros: Any) -> None:
     """Each is answered."""
     ros.serve().close("closed")
@@ -284,3 +238,106 @@ def test_of_many_refused_missions_some_are_told(ros: Any) -> None:
     ros.until(lambda: all(answer.done() for answer in asked))
     assert not any(answer.result().accepted for answer in asked)
     assert 0 < ros.logged.count("mission refused: closed") <= MOST_LINES
+
+
+@pytest.mark.parametrize("allowed", [False, True])
+def test_where_two_robots_are_one_a_mission_needs_leave(
+    ros: Any, send: Any, *, allowed: bool
+) -> None:
+    """Such as a simulation beside a robot; somebody may have a reason."""
+    for name in ("robot", "simulation"):
+        ros.node(name).create_publisher(Odometry, "odom", 10)
+    ros.serve(allow_duplicates=allowed)
+    status, result = send(text="mission: m\ntree: {log: hello}\n").end()
+    assert (status, result.error_code) == (("succeeded", 0) if allowed else ("aborted", 909))
+    publishers = "/odom has 2 publishers (/robot, /simulation): "
+    assert result.error_msg.startswith(publishers) is not allowed
+
+
+# ---- requirements ----------------------------------------------------------------------------
+
+
+JUDGED = """\
+mission: m
+requirements:
+  is quick: always time < 1.22
+  ends: eventually succeeded("later")
+tree:
+  wait: {}
+  name: later
+"""
+
+
+def test_a_violated_requirement_aborts_the_goal(ros: Any, send: Any) -> None:
+    """As it gives `run` the exit code 1; the summary has every verdict."""
+    ros.serve()
+    status, result = send(text=JUDGED.format(2)).end()
+    assert (status, result.status, result.error_code) == ("aborted", "success", VIOLATED)
+    # what decides is the last instant
+    assert result.error_msg.startswith("requirement is quick: violated by 0.78 s at 2.00 s")
+    *_, quick, ends = result.summary.splitlines()
+    assert quick == f"  {result.error_msg}"
+    assert ends.startswith("  requirement ends: holds")
+
+
+def test_requirements_that_hold_are_in_the_summary(ros: Any, send: Any) -> None:
+    """Its goal succeeds."""
+    ros.serve()
+    status, result = send(text=JUDGED.format(1)).end()
+    assert (status, result.error_code, result.error_msg) == ("succeeded", 0, "")
+    assert "requirement is quick: holds by 0.22 s" in result.summary
+
+
+def test_the_requirements_of_the_next_mission_replace_those_of_the_last(
+    ros: Any, send: Any
+) -> None:
+    """On the topic for tools, also where it has none."""
+    reports: list[list[str]] = []
+    ros.serve()
+    ros.client.create_subscription(
+        Requirements,
+        "/bt_mission/requirements",
+        lambda message: reports.append([requirement.name for requirement in message.requirements]),
+        LATCHED,
+    )
+    send(text=JUDGED.format(1)).end()
+    send(text="mission: m\ntree: {wait: 1}\n").end()
+    assert reports[0] == ["is quick", "ends"]
+    assert reports[-1] == []
+
+
+def test_the_code_of_a_violation_is_that_of_the_definition() -> None:
+    """Constants are no part of a type, so interfaces without it have the same hash."""
+    text = (ROOT / "interfaces/bt_mission_interfaces/action/ExecuteMission.action").read_text()
+    assert f"uint16 VIOLATED={VIOLATED} " in text
+    assert VIOLATED not in (EXECUTIVE_LOST, *ErrorCode)
+
+
+MEASURED = """\
+mission: m
+requirements:
+  starts once: always count(starts(running("later"))) <= 1
+  goes evenly: always abs(rate(time) - 1) < 0.5
+  is late: eventually mean(time) over 0.5 s > 0.9
+  takes its time: >-
+    whenever ends(running("later")):
+    time - value(time) at last starts(running("later")) > 1
+observe: 1
+tree:
+  sequence:
+    - wait: 0.3
+    - {wait: 1.2, name: later}
+"""
+
+
+def test_counts_means_and_rates_need_no_simulation(ros: Any, send: Any) -> None:
+    """A served mission is judged by what its executive knows, also in an observation."""
+    ros.serve()
+    status, result = send(text=MEASURED).end()
+    assert (status, result.status, result.error_code) == ("succeeded", "success", 0)
+    assert [line.strip() for line in result.summary.splitlines() if "requirement" in line] == [
+        "requirement starts once: holds by 0 at 0.30 s",
+        "requirement goes evenly: holds by 0.5 at 2.10 s",
+        "requirement is late: holds by 1.35 s at 2.50 s",
+        "requirement takes its time: holds by 0.2 s at 1.50 s",
+    ]

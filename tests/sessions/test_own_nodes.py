@@ -65,6 +65,7 @@ tree:
       outputs: {{angle_turned: turned}}
     - check: turned == 1234
 """
+WAITS = "mission: m\nworld: empty_arena\ntree: {wait: 1}\n"
 
 
 def written(folder: Path, nodes: str = "", code: str = TURN_SERVER) -> Path:
@@ -114,8 +115,7 @@ def test_timers_of_an_own_node_are_on_the_clock_of_the_stage(tmp_path: Path) -> 
             super().__init__("own_clock", **options)
             self.create_timer(0.5, lambda: times.append(self.get_clock().now().nanoseconds))
 
-    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 2}\n")
-    assert ran(mission, tmp_path, nodes=[Clock]).status == "success"
+    assert ran(load(WAITS.replace("1", "2")), tmp_path, nodes=[Clock]).status == "success"
     assert times[:3] == [1_500_000_000, 2_000_000_000, 2_500_000_000]
 
 
@@ -180,7 +180,7 @@ def test_a_run_with_nodes_of_a_program_cannot_be_forked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """They are not in the recording."""
-    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 0.5}\n")
+    mission = load(WAITS)
     path, options = tmp_path / "run.mcap", StageOptions(nodes=[lambda **o: Node("mine", **o)])
     with (
         Stage(mission, image_folder=tmp_path, options=options) as stage,
@@ -277,14 +277,8 @@ def test_factories_that_are_not_there(tmp_path: Path, target: str, words: str) -
             "import signal\ndef make(**_):\n    signal.raise_signal(signal.SIGALRM)\n",
             "server.py:make did not return within 10 s",
         ),
-        (
-            OTHER_CONTEXT,
-            "server.py:make created its node in another rclpy context",
-        ),
-        (
-            OUR_NAME,
-            "a node '/bt_mission_sim' already exists on the stage",
-        ),
+        (OTHER_CONTEXT, "server.py:make created its node in another rclpy context"),
+        (OUR_NAME, "a node '/bt_mission_sim' already exists on the stage"),
     ],
 )
 def test_factories_that_make_no_node(tmp_path: Path, code: str, words: str) -> None:
@@ -299,12 +293,11 @@ def test_factories_that_make_no_node(tmp_path: Path, code: str, words: str) -> N
 
 def test_a_callable_that_makes_no_node(tmp_path: Path) -> None:
     """In Python it has no place, and the same words."""
-    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
 
     def make(**_: Any) -> Any:
         return None
 
-    output = refused(lambda: ran(mission, tmp_path, nodes=[make]))
+    output = refused(lambda: ran(load(WAITS), tmp_path, nodes=[make]))
     assert output.endswith("make returned NoneType; expected an rclpy Node")
 
 
@@ -320,8 +313,7 @@ def test_a_callback_that_raises_ends_the_mission(tmp_path: Path) -> None:
         def fail(self) -> None:
             raise ValueError("worn out")
 
-    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
-    report = ran(mission, tmp_path, nodes=[Broken])
+    report = ran(load(WAITS), tmp_path, nodes=[Broken])
     assert (report.status, report.virtual_s) == ("failure", 0.2)
     assert "worn out" in report.reason
 

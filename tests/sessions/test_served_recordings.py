@@ -32,24 +32,28 @@ tree:
 
 @pytest.fixture
 def serve(ros: Any, tmp_path: Path) -> Any:
-    """Serve missions that are recorded; gives what sends one of them, and the recordings."""
+    """Have a mission recorded until its server has the goal; gives that server and the mission."""
     recordings = ServedRecordings(tmp_path / "runs", ros.logged.append)
     ros.serve(onlookers=lambda _: [recordings.onlooker()])
-    client = ActionClient(ros.client, ExecuteMission, "execute_mission")
-    return recordings, lambda **fields: Sent(ros, client, **fields)
+    client, turn = ActionClient(ros.client, ExecuteMission, "execute_mission"), ros.server()
+
+    def start(**fields: Any) -> tuple[Any, Sent]:
+        before = len(turn.goals)
+        mission = Sent(ros, client, text=TURN, **fields)
+        ros.until(lambda: len(turn.goals) > before)
+        return turn, mission
+
+    return start
 
 
 def test_each_mission_has_a_file_that_is_read_as_any_other(
     ros: Any, serve: Any, tmp_path: Path
 ) -> None:
     """With tree, goal, inputs, summary and requirements, under the name of the server."""
-    _, send = serve
-    turn = ros.server()
     for number, angle in enumerate((45, 30), start=1):
-        mission = send(text=TURN, inputs=[f"angle={angle}"], seed=7)
-        ros.until(lambda number=number: len(turn.goals) == number)
+        turn, mission = serve(inputs=[f"angle={angle}"], seed=7)
         ros.run(1.5)
-        turn.goals[-1].succeed()
+        turn.goal.succeed()
         assert mission.end()[0] == "succeeded"
         path = tmp_path / "runs" / f"a_turn_{number:03d}.mcap"
         assert f"  recorded to {path}" in ros.logged
@@ -73,10 +77,7 @@ def test_each_mission_has_a_file_that_is_read_as_any_other(
 
 def test_topics_of_the_graph_are_in_it(ros: Any, serve: Any, tmp_path: Path) -> None:
     """Those that come while it runs, too."""
-    _, send = serve
-    turn = ros.server()
-    mission = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, mission = serve()
     publisher = ros.client.create_publisher(String, "greeting", 10)
     ros.run(3.0)
     publisher.publish(String(data="hello"))
@@ -92,10 +93,7 @@ def test_a_mission_that_is_left_keeps_what_was_recorded(
     ros: Any, serve: Any, tmp_path: Path
 ) -> None:
     """The file is closed, and says that the mission was abandoned."""
-    _, send = serve
-    turn = ros.server()
-    send(text=TURN)
-    ros.until(lambda: turn.goals)
+    serve()
     ros.run(2.0)
     ros.served.abandon("left at once")
     run = read_run(tmp_path / "runs" / "a_turn_001.mcap")
@@ -107,11 +105,8 @@ def test_a_mission_that_cannot_be_recorded_is_carried_out(
     ros: Any, serve: Any, tmp_path: Path
 ) -> None:
     """And it is said why it is not."""
-    _, send = serve
     (tmp_path / "runs").rmdir()
-    turn = ros.server()
-    mission = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, mission = serve()
     turn.goal.succeed()
     assert mission.end()[0] == "succeeded"
     assert any(line.startswith("not recorded: ") for line in ros.logged)
@@ -121,10 +116,7 @@ def test_a_recording_that_was_deleted_is_not_said_to_be_there(
     ros: Any, serve: Any, tmp_path: Path
 ) -> None:
     """The mission ends as it would have."""
-    _, send = serve
-    turn = ros.server()
-    mission = send(text=TURN)
-    ros.until(lambda: turn.goals)
+    turn, mission = serve()
     path = tmp_path / "runs" / "a_turn_001.mcap"
     path.unlink()
     turn.goal.succeed()

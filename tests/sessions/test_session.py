@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import signal
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bt_mission.core import interrupts
 from bt_mission.events.events import Event
-from bt_mission.executive.trace import TraceFile
 from bt_mission.sessions.drive import StepDriver, drive
 from bt_mission.sessions.session import Run, StepCallback
 from bt_mission.sessions.view import View
@@ -88,22 +85,6 @@ def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(
     assert report.goals_left_behind == 1
     assert "ended at once by a second Ctrl-C; orphaned goals: /explore_forward" in report.reason
     assert len(run.close()) == 1
-
-
-def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
-    """Written as it happens, so that a run that is cut off has left what it did."""
-    run = stage.run("mission: m\ntree: {wait: 0.2}")
-    path = tmp_path / "trace.jsonl"
-    with TraceFile(run.stage.trace, path):
-        drive(run.stage)
-    events = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    assert [e.get("event") for e in events if e.get("event") != "pose"] == [
-        None,
-        "start",
-        "status",
-        "status",
-        "mission",
-    ]
 
 
 def broken(*_: Any) -> None:

@@ -12,19 +12,23 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.sessions.stage import StageError, free_folder
+from bt_mission.core.files import names
+from bt_mission.core.yaml.document import read_text
+from bt_mission.sessions.load import load
+from bt_mission.sessions.stage import Stage, StageError, free_folder
+from bt_mission.sessions.stage_files import StageFiles
+from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
+from sim.world.loader import load_world
 from tests.support.thorough import sample
 
 DRIVE = """\
 mission: drive
-world: {world}
+world: empty_arena
 tree:
-  explore_forward: {{fwd_velocity: 0.2, stopping_distance: 0.3}}
+  explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.3}
   name: drive
   timeout: 60
 """
-DRIVE_EMPTY = DRIVE.format(world="empty_arena")
 
 
 def moves(s: Any) -> bool:
@@ -44,7 +48,7 @@ def test_a_run_repeats_and_another_seed_differs(stage: Any) -> None:
     """The same seed gives the same trace, bit for bit, in one process."""
     hashes = []
     for seed in (5, 5, 6):
-        run = stage.run(DRIVE_EMPTY, seed=seed)
+        run = stage.run(DRIVE, seed=seed)
         run.until_done()
         hashes.append(run.stage.trace.sha256)
     assert hashes[0] == hashes[1] != hashes[2]
@@ -80,7 +84,7 @@ def _without_wall_times(output: str) -> dict[str, Any]:
 
 def test_an_interrupted_mission_leaves_a_standing_robot(stage: Any) -> None:
     """The goal is cancelled, the base stands still within half a second, nothing is left."""
-    run = stage.run(DRIVE_EMPTY)
+    run = stage.run(DRIVE)
     run.until(moves)
     run.stage.executive.interrupt("interrupted by Ctrl-C")
     interrupted_s = run.t
@@ -94,35 +98,11 @@ def test_an_interrupted_mission_leaves_a_standing_robot(stage: Any) -> None:
     assert math.hypot(linear, angular) < 0.01
 
 
-def test_a_goal_outside_the_limits_is_rejected_and_nothing_moves(stage: Any) -> None:
-    """0.9 m/s is more than a Waffle can do."""
-    run = stage.run(DRIVE_EMPTY.replace("0.2", "0.9"))
-    run.until_done()
-    assert run.status == "failure"
-    assert run.reason.startswith("'drive' rejected: /explore_forward: fwd_velocity")
-    assert run.stage.runs[0].distance_travelled_m < 0.001
-
-
-def test_an_action_server_that_does_not_exist_is_a_clear_failure(stage: Any) -> None:
-    """After the server limit of five seconds, and the reason names it."""
-    run = stage.run(
-        "mission: m\ntree:\n"
-        "  action: {name: /fly, type: bt_mission_interfaces/action/Turn, goal: {angle: 90}}\n"
-        "  timeout: 9"
-    )
-    run.until_done()
-    assert (run.status, run.reason) == (
-        "failure",
-        "'fly' server not available: /fly: no server after 5 s",
-    )
-    assert run.t == pytest.approx(5.05)
-
-
 def test_an_exception_in_a_servers_callback_ends_the_mission_with_its_cause(
     stage: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """No traceback: the mission fails, the goal is cancelled and the robot stops."""
-    run = stage.run(DRIVE_EMPTY)
+    run = stage.run(DRIVE)
     run.until(moves)
 
     def explode() -> None:
@@ -141,7 +121,7 @@ def test_a_callback_that_keeps_failing_does_not_hang_the_end(
     stage: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where it is the mission's own tick, its goals cannot be seen to their end."""
-    run = stage.run(DRIVE_EMPTY)
+    run = stage.run(DRIVE)
     run.until(moves)
 
     def explode() -> None:
@@ -153,21 +133,9 @@ def test_a_callback_that_keeps_failing_does_not_hang_the_end(
     monkeypatch.undo()
 
 
-@pytest.mark.parametrize(
-    ("overrides", "words"),
-    [({"world": "atlantis"}, "atlantis"), ({"robot": "hexapod"}, "hexapod")],
-)
-def test_an_unknown_world_or_robot_is_named(
-    stage: Any, overrides: dict[str, str], words: str
-) -> None:
-    """With what there is instead."""
-    with pytest.raises(BtMissionError, match=words):
-        stage.run(DRIVE_EMPTY, **overrides)
-
-
 def test_a_burger_drives_too(stage: Any) -> None:
     """The robot is the mission's choice."""
-    run = stage.run(DRIVE_EMPTY, robot="burger")
+    run = stage.run(DRIVE, robot="burger")
     run.until_done()
     assert (run.status, run.stage.runs[0].collisions) == ("success", 0)
 
@@ -221,24 +189,72 @@ def test_a_step_lets_nobody_drive_past_a_limit(
     assert len(run.goals) == 1
 
 
-REFUSED = "mission: m\ninputs: {far: 10000}\ntree: {turn: {angle: $far}, timeout: 9}"
-
-
-def test_a_rejection_that_the_mission_tells_is_not_logged_as_well(
-    stage: Any, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("is_offered", [False, True])
+def test_a_rejection_is_logged_only_where_others_may_send_goals(
+    stage: Any, capfd: pytest.CaptureFixture[str], *, is_offered: bool
 ) -> None:
-    """It would stand on the terminal twice."""
-    run = stage.run(REFUSED)
+    """The mission tells it, so it would stand on the terminal twice; ROS sends no reason."""
+    run = stage.run("mission: m\ninputs: {far: 10000}\ntree: {turn: {angle: $far}, timeout: 9}")
+    if is_offered:
+        run.stage.offer_all()
     run.until_done()
     assert "angle must be from -3600 to 3600 deg" in run.stage.executive.reason
-    assert "goal rejected" not in capfd.readouterr().err
+    assert ("goal rejected: angle must be" in capfd.readouterr().err) is is_offered
 
 
-def test_where_others_may_send_goals_rejections_are_logged(
-    stage: Any, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """A rejection itself has no reason in ROS."""
-    run = stage.run(REFUSED)
-    run.stage.offer_all()
-    run.until_done()
-    assert "goal rejected: angle must be" in capfd.readouterr().err
+# ---- nodes that other processes see ---------------------------------------------------------
+
+WAIT = """\
+mission: wait
+world: empty_arena
+tree:
+  sequence: [wait: 0.1]
+"""
+
+
+def services(folder: Path, *, visible: bool) -> tuple[set[str], set[str]]:
+    """The names of all nodes and of all services of a run."""
+    options = StageOptions(visible=visible)
+    with Stage(load(WAIT), image_folder=folder, say=lambda _: None, options=options) as stage:
+        while not stage.is_done:
+            stage.step()
+        node = stage.node
+        names = {name for name, _ in node.get_service_names_and_types()}
+        return set(node.get_node_names()), names
+
+
+def test_every_node_that_others_see_answers_for_its_parameters(tmp_path):
+    """`ros2 param list` asks each node that is announced, and waits for each that does not."""
+    nodes, names = services(tmp_path, visible=True)
+    assert {"bt_mission", "bt_mission_servers", "bt_mission_sim"} <= nodes
+    assert {f"/{node}/list_parameters" for node in nodes} <= names
+
+
+def test_nodes_that_nobody_sees_have_none(tmp_path):
+    """They would cost time in every run."""
+    _, names = services(tmp_path, visible=False)
+    assert not {name for name in names if name.endswith("/list_parameters")}
+
+
+# ---- what a recording keeps of the world ----------------------------------------------------
+
+MEMBERS = [FleetRobot("", load(WAIT))]
+
+
+@pytest.mark.parametrize("name", names("worlds"))
+def test_a_world_that_stands_in_no_file_is_read_back_as_it_was(name: str) -> None:
+    """Such as one of a scenario: in the form of a file."""
+    world = load_world(name)
+    result = StageFiles.find(MEMBERS, StageOptions(world=world))
+    assert result.world is world
+    (text,) = (
+        first for file, first in result.contents.items() if file == f"worlds/{world.name}.yaml"
+    )
+    assert load_world(read_text(text.decode(), "copy")) == world
+
+
+def test_a_world_of_a_file_is_kept_with_its_comments() -> None:
+    """As it stands there."""
+    path = Path(__file__).parents[2] / "worlds" / "empty_arena.yaml"
+    result = StageFiles.find(MEMBERS, StageOptions(world=path))
+    assert result.contents["worlds/empty_arena.yaml"] == path.read_bytes()

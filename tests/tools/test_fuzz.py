@@ -79,16 +79,6 @@ def test_what_was_found_once_is_refused_for_good(path, folder):
     assert judge_within(file).finding is None
 
 
-def test_a_case_follows_from_the_seed_and_its_number():
-    """Whatever was tried before."""
-    corpus = cases.corpus()
-    results = [cases.case(corpus, 1, number) for number in range(50)]
-    assert cases.case(corpus, 1, 49) == results[-1]
-    assert len(set(results)) > 45
-    assert {case.name for case in results} == {"m.xml", "m.yaml"}
-    assert cases.case(corpus, 2, 49) != results[-1]
-
-
 @pytest.mark.thorough
 @pytest.mark.process
 def test_nothing_is_found_in_some_hundred_cases(tmp_path):
@@ -148,6 +138,7 @@ def test_a_case_of_each_target_follows_from_the_seed_and_its_number(name):
     cases_of = [chosen.case(result, 1, number) for number in range(10)]
     assert chosen.case(result, 1, 9) == cases_of[-1]
     assert chosen.case(result, 2, 9) != cases_of[-1]
+    assert len({case.contents for case in cases_of}) > 8
     if name != "trees":  # whose files are missions, too
         assert {target_of(Path(case.name)) for case in cases_of} == {name}
 
