@@ -145,8 +145,9 @@ def test_one_scan_without_a_measurement_is_passed_over(bench, driving):
     assert sent.status is None
 
 
+@pytest.mark.parametrize("driving", [name for name in DRIVING if name != "explore_frontiers"])
 def test_a_base_that_does_not_follow_ends_what_drives(bench, driving):
-    """After two seconds, or where it navigates, the patience of navigation."""
+    """After two seconds, or where it navigates, ten; exploring goes on to the next frontier."""
     bench.robot.fake.stuck = True
     sent = bench.send(driving)
     bench.until(lambda: sent.status is not None, limit=250)
