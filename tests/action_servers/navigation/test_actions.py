@@ -144,7 +144,11 @@ def test_feedback_and_result_fill_nav2s_messages(waffle):
     stamp = NavigateToPose.Feedback().current_pose.header.stamp
     reported = fill(NavigateToPose.Feedback(), planned.feedback() or {}, lambda: stamp)
     assert reported.current_pose.pose.position.x == 1.0
-    assert reported.current_pose.header.frame_id == "map"
+    assert reported.current_pose.pose.orientation.z == pytest.approx(math.sqrt(0.5))
+    assert (reported.current_pose.header.frame_id, reported.current_pose.header.stamp) == (
+        "map",
+        stamp,
+    )
     assert reported.distance_remaining == pytest.approx(math.hypot(0.5, 1.0), abs=0.01)
 
     in_wall = FollowWaypoints.Goal(poses=[stamped(9.0)])
