@@ -176,7 +176,7 @@ def test_a_car_drives_its_way_to_the_goal(world: Any, robot_in: Any) -> None:
     goal = dataclasses.replace(place.goal, yaw=math.radians(90.0))
     robot = robot_in(place, model=CAR)
     maneuver = NavigateToPose(goal, CAR)
-    assert robot.run(maneuver, 120.0) == SUCCEEDED
+    assert robot.drive(maneuver, 120.0) == SUCCEEDED
     assert not robot.collided
     assert robot.distance_to(goal) < 0.1
     assert abs(math.remainder(robot.pose.yaw - goal.yaw, math.tau)) < 0.05

@@ -66,7 +66,7 @@ def drive(waffle, world, robot_in):
         for name, value in faults.items():
             setattr(robot, name, value)
         maneuver = NavigateToPose(goal or dataclasses.replace(place.goal, yaw=yaw), waffle)
-        robot.run(maneuver, limit_s, each)
+        robot.drive(maneuver, limit_s, each)
         return robot, maneuver
 
     return run
@@ -291,7 +291,7 @@ def test_feedback_counts_down_to_the_goal(waffle, world, robot_in):
     robot = robot_in(world(ROOM))
     maneuver = NavigateToPose(robot.world.goal, waffle)
     reports: list[Mapping[str, Any]] = []
-    robot.run(maneuver, each=lambda robot: reports.append(maneuver.feedback() or {}))
+    robot.drive(maneuver, each=lambda robot: reports.append(maneuver.feedback() or {}))
     reports = reports[1:]
     distances = [fields["distance_remaining"] for fields in reports]
     assert distances[0] == pytest.approx(1.8, abs=0.01)
