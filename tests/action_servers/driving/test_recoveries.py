@@ -12,7 +12,7 @@ from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 from action_servers.core.error_codes import BACK_UP, DRIVE_ON_HEADING, SPIN, ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation
 from action_servers.driving import turn
-from action_servers.driving.recoveries import WaitManeuver, seconds_of
+from action_servers.driving.recoveries import WaitManeuver
 from action_servers.driving.straight import Straight, plan_back_up, plan_drive_on_heading
 
 
@@ -54,12 +54,6 @@ def test_a_time_that_is_too_short_ends_it(fake, waffle, maneuver, code):
         "aborted", code, "the time allowance of 2 s is used up"
     )
     assert base.time_s == pytest.approx(12.05)
-
-
-def test_durations():
-    """Nanoseconds count upwards, also below zero."""
-    assert seconds_of(SimpleNamespace(sec=1, nanosec=500_000_000)) == 1.5
-    assert seconds_of(SimpleNamespace(sec=-1, nanosec=500_000_000)) == -0.5
 
 
 def goal(x, speed, *, y=0.0, z=0.0, allowance_s=0):

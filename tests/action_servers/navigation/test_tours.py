@@ -65,8 +65,9 @@ def through(waffle, drive):
 def tour(waffle, drive):
     """Drive a tour; return the robot, the maneuver and when it told which waypoint."""
 
-    def run(poses, **options):
-        maneuver = FollowWaypoints(poses, waffle, **options)
+    def run(poses, *, stop_on_failure=True, **options):
+        around = Surroundings(waffle, NavigationTuning(stop_on_failure=stop_on_failure))
+        maneuver = FollowWaypoints(poses, waffle, around, **options)
         robot, reports = drive(maneuver)
         told = [(at, fields["current_waypoint"]) for at, _, fields in reports if fields is not None]
         return robot, maneuver, told
@@ -156,9 +157,7 @@ def test_a_pose_that_cannot_be_reached_ends_the_tour(tour):
 
 def test_it_can_go_on_after_a_pose_that_was_missed(tour):
     """The tour succeeds, and the result says what was left out."""
-    robot, maneuver, _ = tour(
-        [IN_WALL, RIGHT, IN_WALL], tuning=NavigationTuning(stop_on_failure=False)
-    )
+    robot, maneuver, _ = tour([IN_WALL, RIGHT, IN_WALL], stop_on_failure=False)
     assert robot.finished == SUCCEEDED
     assert [missed["index"] for missed in maneuver.result()["missed_waypoints"]] == [0, 2]
     assert robot.distance_to(RIGHT) < 0.05
