@@ -94,7 +94,8 @@ class TinyRobot(FakeRobot):
 
     def observe(self) -> Observation:
         now = super().observe()
-        known = {"map_pose": self.pose, "odom": now.odom, "odom_stamp_s": now.odom_stamp_s}
+        known: dict[str, Any] = {"map_pose": self.pose}
+        known |= {"odom": now.odom, "odom_stamp_s": now.odom_stamp_s}
         if self.pose_lost:
             known = {name: getattr(self.seen, name) for name in known}
         scan = self.seen.scan if self.scan_lost else now.scan
