@@ -88,11 +88,11 @@ SET_BACK = [(100_000, 100_000), *((at, 100_000 + at) for at in range(50, 2200, 5
 
 
 @pytest.mark.parametrize(
-    ("sent_and_heard", "ages"),
+    ("sent_and_received", "ages"),
     [
         (MEASURED, [0, 0, 185, 140]),
-        ([(sent - 3_600_000, heard) for sent, heard in MEASURED], [0, 0, 185, 140]),
-        ([(sent + 400, heard) for sent, heard in MEASURED], [0, 0, 185, 140]),
+        ([(sent - 3_600_000, received) for sent, received in MEASURED], [0, 0, 185, 140]),
+        ([(sent + 400, received) for sent, received in MEASURED], [0, 0, 185, 140]),
         (SET_BACK, [0] + [100_000] * 39 + [0] * 4),
         ([(1000, 1000), (1050, 61_000)], [0, 59_950]),
         ([(0, 5)], [0]),
@@ -100,11 +100,11 @@ SET_BACK = [(100_000, 100_000), *((at, 100_000 + at) for at in range(50, 2200, 5
     ids=["clocks agree", "an hour behind", "ahead", "set back", "a long silence", "no stamp"],
 )
 def test_an_age_is_how_much_longer_a_command_took_than_the_fastest_of_the_last_two_seconds(
-    sent_and_heard, ages
+    sent_and_received, ages
 ):
     """It does not depend on how clocks are set; ROS takes a stamp of zero for none."""
     age = CommandAge()
-    assert [age.of(sent * MS, heard * MS) // MS for sent, heard in sent_and_heard] == ages
+    assert [age.of(sent * MS, received * MS) // MS for sent, received in sent_and_received] == ages
 
 
 class Desk(Rig):

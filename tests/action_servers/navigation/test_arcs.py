@@ -26,6 +26,7 @@ from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.path import cost_model
 from action_servers.navigation.planner import road_map
 from action_servers.navigation.reeds_shepp import Pieces, curves
+from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import load_robot
 
@@ -175,7 +176,8 @@ def test_a_car_drives_its_way_to_the_goal(world: Any, robot_in: Any) -> None:
     place = world(CORNER)
     goal = dataclasses.replace(place.goal, yaw=math.radians(90.0))
     robot = robot_in(place, model=CAR)
-    maneuver = NavigateToPose(goal, CAR)
+    paths: list[Any] = []
+    maneuver = NavigateToPose(goal, CAR, Surroundings(CAR, on_path=paths.append))
     assert robot.drive(maneuver, 120.0) == SUCCEEDED
     assert not robot.collided
     assert robot.distance_to(goal) < 0.1
@@ -183,5 +185,8 @@ def test_a_car_drives_its_way_to_the_goal(world: Any, robot_in: Any) -> None:
     assert robot.reversed_m > 0.5
     assert robot.travelled < 6.0
     assert maneuver.recoveries == 0
+    begin, end = (Pose2D(*paths[1][at], 0.0) for at in (0, -1))
+    assert (begin.x, begin.y) == pytest.approx((place.start.x, place.start.y))
+    assert robot.distance_to(end) < 0.1
     bends = [abs(t.angular) - SHARPEST * abs(t.linear) for _, _, t in robot.trace]
     assert max(bends) < 1e-9

@@ -63,21 +63,23 @@ def through(waffle, drive):
 
 @pytest.fixture
 def tour(waffle, drive):
-    """Drive a tour; return the robot, the maneuver and when it told which waypoint."""
+    """Drive a tour; return the robot, the maneuver and when it reported which waypoint."""
 
     def run(poses, *, stop_on_failure=True, **options):
         around = Surroundings(waffle, NavigationTuning(stop_on_failure=stop_on_failure))
         maneuver = FollowWaypoints(poses, waffle, around, **options)
         robot, reports = drive(maneuver)
-        told = [(at, fields["current_waypoint"]) for at, _, fields in reports if fields is not None]
-        return robot, maneuver, told
+        reported = [
+            (at, fields["current_waypoint"]) for at, _, fields in reports if fields is not None
+        ]
+        return robot, maneuver, reported
 
     return run
 
 
-def order(told):
+def order(reported):
     """The waypoints in the order in which they were driven to."""
-    return [index for index, _ in groupby(index for _, index in told)]
+    return [index for index, _ in groupby(index for _, index in reported)]
 
 
 def test_it_drives_past_a_pose_and_stands_at_the_last(through):
