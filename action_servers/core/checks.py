@@ -6,9 +6,6 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished, Observation, Refusal
 from action_servers.core.tuning import TUNING
 
-STALE_AFTER_S = TUNING.sensor_timeout
-"""Age in seconds at which a scan or odometry is no longer trusted, unless tuned otherwise."""
-
 
 def refusal(*faults: str | None, unready: Finished | None = None) -> Refusal | None:
     """Return why a goal is refused, or None: its first error, else what is not ready."""
@@ -29,7 +26,7 @@ def missing(now: Observation) -> str | None:
     return None
 
 
-def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
+def stale(now: Observation, limit_s: float = TUNING.sensor_timeout) -> Finished | None:
     """Return the end of a goal that drives without fresh scan, guards and odometry, or None.
 
     A stamp from the future is as invalid as an old one: both mean that clocks differ.
@@ -59,14 +56,14 @@ def _ended_by(reason: str | None) -> Finished | None:
     return None if reason is None else Finished("aborted", ErrorCode.NO_SCAN, reason)
 
 
-def stale_odometry(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
+def stale_odometry(now: Observation, limit_s: float = TUNING.sensor_timeout) -> Finished | None:
     """Return the end of a goal that needs only fresh odometry, or None."""
     stamp_s = None if now.odom is None else now.odom_stamp_s
     reason = overdue("odometry", stamp_s, now.time_s, limit_s)
     return None if reason is None else Finished("aborted", ErrorCode.NO_ODOMETRY, reason)
 
 
-def stale_joints(now: Observation, limit_s: float = STALE_AFTER_S) -> str | None:
+def stale_joints(now: Observation, limit_s: float = TUNING.sensor_timeout) -> str | None:
     """Return why arm and gripper cannot be moved: their joints are not known; or None."""
     stamp_s = None if now.joints is None else now.joints.stamp_s
     return overdue("joint_states", stamp_s, now.time_s, limit_s)

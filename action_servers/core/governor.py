@@ -124,8 +124,7 @@ class Governor:
             wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)), wanted.lateral)
         speed = math.hypot(linear, wanted.lateral)
         if speed > now.speed_limit:
-            share = now.speed_limit / speed
-            wanted = Twist2D(wanted.linear * share, wanted.angular * share, wanted.lateral * share)
+            wanted = _scaled(wanted, now.speed_limit / speed)
         hazard = next((each for each in now.hazards if each.is_towards(wanted)), None)
         if hazard is not None:
             twist, obstacle = ZERO, hazard.words
@@ -182,6 +181,17 @@ class Governor:
         if by in _LOGGED and by not in self._noted:
             self._noted.add(by)
             self.notes.append(f"the base is held: {words}")
+
+
+def _slowed(wanted: Twist2D, speed: float, allowed: float, slowest: float) -> Twist2D:
+    """Return a twist at the allowed speed instead of its own; zero below the slowest."""
+    if allowed < min(slowest, speed):
+        return ZERO
+    return _scaled(wanted, min(1.0, allowed / speed))
+
+
+def _scaled(twist: Twist2D, share: float) -> Twist2D:
+    return Twist2D(twist.linear * share, twist.angular * share, twist.lateral * share)
 
 
 class Room:
@@ -247,10 +257,7 @@ class Room:
         if room >= needed:
             return wanted, ""
         allowed = speed_to_stop_in(room - margin, deceleration=_GENTLE * braking, delay_s=delay_s)
-        if allowed < min(slowest, speed):
-            return ZERO, words
-        share = min(1.0, allowed / speed)
-        return Twist2D(wanted.linear * share, wanted.angular * share), words
+        return _slowed(wanted, speed, allowed, slowest), words
 
     def slide(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
         """Return the fastest slide in the wanted direction; it turns only if the circle is free.
@@ -274,16 +281,9 @@ class Room:
         room = free_slide(points, body, direction, needed)
         if room >= needed:
             return wanted, ""
-        words = "an obstacle is in the way, aside"
         deceleration = _GENTLE * robot.max_linear_acceleration
         allowed = speed_to_stop_in(room - margin, deceleration=deceleration, delay_s=delay_s)
-        if allowed < min(SLOWEST_DRIVE, speed):
-            return ZERO, words
-        share = min(1.0, allowed / speed)
-        return (
-            Twist2D(wanted.linear * share, wanted.angular * share, wanted.lateral * share),
-            words,
-        )
+        return _slowed(wanted, speed, allowed, SLOWEST_DRIVE), "an obstacle is in the way, aside"
 
     def _take(self, now: Observation, scan: Scan) -> None:
         self._scan, self._points = scan, None

@@ -101,11 +101,12 @@ class ColourLimit:
 
 @dataclass(frozen=True, slots=True)
 class JointsLimit:
-    """The joints that a goal names: all those of an arm, each once, in any order."""
+    """The joints that a goal names: all those of an arm, or some, each once, in any order."""
 
     field: str
     joints: tuple[str, ...]
     source: str = "arm of the robot"
+    needs_all: bool = True
 
     @property
     def words(self) -> str:
@@ -120,8 +121,8 @@ class JointsLimit:
             return f"{self.field}: no joint '{unknown[:60]}' in the arm ({known})"
         twice = next((name for index, name in enumerate(value) if name in value[:index]), None)
         if twice is not None:
-            return f"{self.field}: the joint '{twice}' is named twice"
-        missing = [name for name in self.joints if name not in value]
+            return f"{self.field}: the joint '{twice[:60]}' is named twice"
+        missing = [name for name in self.joints if self.needs_all and name not in value]
         return f"{self.field} must name all joints; missing: {listed(missing)}" if missing else None
 
     def hint(self, value: Any) -> str | None:
@@ -175,6 +176,11 @@ def faults(goal: Any, limits: Limits) -> Iterator[str | None]:
     """Yield for each limit why a goal message is refused, or None."""
     for limit in limits:
         value = attrgetter(limit.field)(goal)
-        fault = limit.fault(to_ns(value) / NS if hasattr(value, "nanosec") else value)
-        hint = limit.hint(value) if fault and not isinstance(limit, NumberLimit) else None
-        yield f"{fault}; {hint}" if hint else fault
+        yield reason(limit, to_ns(value) / NS if hasattr(value, "nanosec") else value)
+
+
+def reason(limit: Limit, value: Any) -> str | None:
+    """Return why a value is refused, with what was probably meant, or None."""
+    fault = limit.fault(value)
+    hint = limit.hint(value) if fault and not isinstance(limit, NumberLimit) else None
+    return f"{fault}; {hint}" if hint else fault

@@ -9,7 +9,7 @@ a client of Nav2 handles, too.
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Any
 
 from action_servers.core.action import Action
 from action_servers.core.error_codes import Codes
@@ -18,20 +18,6 @@ from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Obse
 from action_servers.core.ticker import ROUNDING_S, ChangedFields, Ticker
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.stamps import NS, to_ns
-
-
-class Duration(Protocol):
-    """A `builtin_interfaces/Duration`."""
-
-    sec: int
-    """Whole seconds, rounded down."""
-    nanosec: int
-    """Nanoseconds on top."""
-
-
-def seconds_of(duration: Duration) -> float:
-    """Return a duration in seconds."""
-    return to_ns(duration) / NS
 
 
 class Allowance(Ticker):
@@ -53,7 +39,7 @@ class Allowance(Ticker):
 
 def plan_wait(goal: Any, _now: Observation) -> WaitManeuver:
     """Return the maneuver for a goal; 0 s ends at once."""
-    return WaitManeuver(seconds_of(goal.time))
+    return WaitManeuver(to_ns(goal.time) / NS)
 
 
 class WaitManeuver:

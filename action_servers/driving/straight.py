@@ -23,9 +23,10 @@ from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observatio
 from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
-from action_servers.driving.recoveries import Allowance, seconds_of
+from action_servers.driving.recoveries import Allowance
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.stamps import NS, to_ns
 
 
 def limits(robot: RobotModel, tuning: Tuning) -> Limits:
@@ -87,7 +88,7 @@ def _plan(
 ) -> Straight | Refusal:
     if not math.isfinite(goal.target.y + goal.target.z):
         return Refusal("target must be finite")
-    allowance = seconds_of(goal.time_allowance)
+    allowance = to_ns(goal.time_allowance) / NS
     return Straight(distance, abs(goal.speed), allowance, codes, robot, tuning, goal.target.y)
 
 

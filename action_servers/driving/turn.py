@@ -22,9 +22,10 @@ from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observatio
 from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
-from action_servers.driving.recoveries import Allowance, seconds_of
+from action_servers.driving.recoveries import Allowance
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.stamps import NS, to_ns
 
 DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
@@ -176,7 +177,7 @@ def spin_feedback(goal: Any) -> FeedbackRanges:
 
 def plan_spin(goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING) -> Spin:
     """Return the maneuver for a goal of `spin`."""
-    return Spin(goal.target_yaw, seconds_of(goal.time_allowance), robot, tuning)
+    return Spin(goal.target_yaw, to_ns(goal.time_allowance) / NS, robot, tuning)
 
 
 class Spin:

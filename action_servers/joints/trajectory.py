@@ -17,7 +17,14 @@ from typing import Any
 from action_servers.core.action import Action, JointCommands
 from action_servers.core.checks import refusal, stale_joints
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.limits import NOT_NEGATIVE, JointsLimit, Limits, NumberLimit, faults
+from action_servers.core.limits import (
+    NOT_NEGATIVE,
+    JointsLimit,
+    Limits,
+    NumberLimit,
+    faults,
+    reason,
+)
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -29,7 +36,7 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.core.diagnostics import listed
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.joints import JointLimits
 from bt_mission.core.robot.model import RobotModel
@@ -103,23 +110,14 @@ def _wrong_points(
 def _wrong_tolerances(goal: Any, joints: Mapping[str, JointLimits]) -> Iterator[str]:
     for part in ("path_tolerance", "goal_tolerance"):
         given = getattr(goal, part)
-        yield from _wrong_names(part, [each.name for each in given], joints)
+        names = JointsLimit(part, tuple(joints), needs_all=False)
+        wrong = reason(names, [each.name for each in given])
+        if wrong is not None:
+            yield wrong
         for each in given:
             for value in (each.position, each.velocity, each.acceleration):
                 if not (value >= 0 or value == -1) or math.isinf(value):
                     yield f"{part} of {each.name}: expected 0 or more, or -1 for any, got {value:g}"
-
-
-def _wrong_names(
-    where: str, names: Sequence[str], joints: Mapping[str, JointLimits]
-) -> Iterator[str]:
-    for index, name in enumerate(names):
-        if name not in joints:
-            near = did_you_mean(name, joints)
-            known = f"{where}: no joint '{name[:60]}' in the arm (joints: {listed(joints)})"
-            yield f"{known}; {near}" if near else known
-        if name in names[:index]:
-            yield f"{where}: the joint '{name[:60]}' is named twice"
 
 
 def _wrong_point(where: str, point: Any, names: Sequence[str]) -> Iterator[str]:

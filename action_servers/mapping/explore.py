@@ -17,7 +17,7 @@ from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, Na
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
-from action_servers.navigation.surroundings import Surroundings
+from action_servers.navigation.surroundings import Surroundings, ignore
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -56,14 +56,12 @@ def plan(
     robot: RobotModel,
     frontiers: FrontierTuning = FRONTIERS,
     navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] | None = None,
+    publish_path: Callable[[Floats], None] = ignore,
 ) -> ExploreFrontiers:
     """Return the maneuver for a goal. It waits for a map that has not arrived yet."""
     shortest = goal.min_frontier or frontiers.min_length
-    maneuver = ExploreFrontiers(robot, goal.max_duration, shortest, frontiers, navigation)
-    if publish_path is not None:
-        maneuver.surroundings.on_path = publish_path
-    return maneuver
+    around = Surroundings(robot, navigation, publish_path)
+    return ExploreFrontiers(robot, goal.max_duration, shortest, frontiers, around)
 
 
 class ExploreFrontiers:
@@ -82,13 +80,13 @@ class ExploreFrontiers:
         max_duration: float,
         shortest: float,
         tuning: FrontierTuning = FRONTIERS,
-        navigation: NavigationTuning = NAVIGATION,
+        surroundings: Surroundings | None = None,
     ) -> None:
         self._robot = robot
         self._tuning = tuning
         self._max_duration = max_duration or math.inf
         self._shortest = shortest
-        self.surroundings = Surroundings(robot, navigation)
+        self.surroundings = surroundings or Surroundings(robot)
         """The state of the world."""
         self._grid: Grid | None = None
         self._maps = 0

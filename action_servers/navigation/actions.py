@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
 from action_servers.core.error_codes import NAVIGATION as NAVIGATION_CODES
@@ -17,13 +17,11 @@ from action_servers.core.limits import UNBOUNDED
 from action_servers.core.maneuver import Observation, Refusal
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
-from action_servers.navigation.surroundings import Surroundings
+from action_servers.navigation.surroundings import Surroundings, ignore
 from action_servers.navigation.through_poses import NavigateThroughPoses
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel
-
-_Driving = TypeVar("_Driving", NavigateToPose, NavigateThroughPoses, FollowWaypoints)
 
 _UNIT_TOLERANCE = 0.01
 
@@ -76,7 +74,7 @@ def plan_navigate_to_pose(
     now: Observation,
     robot: RobotModel,
     navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] | None = None,
+    publish_path: Callable[[Floats], None] = ignore,
 ) -> NavigateToPose | Refusal:
     """Check a goal of NavigateToPose; a pose in another frame is moved to the map as of now."""
     if goal.behavior_tree:
@@ -84,7 +82,7 @@ def plan_navigate_to_pose(
     pose = on_map(goal.pose, "pose", now)
     if isinstance(pose, Refusal):
         return pose
-    return _publishing(NavigateToPose(pose, robot, Surroundings(robot, navigation)), publish_path)
+    return NavigateToPose(pose, robot, Surroundings(robot, navigation, publish_path))
 
 
 def plan_follow_waypoints(
@@ -92,16 +90,14 @@ def plan_follow_waypoints(
     now: Observation,
     robot: RobotModel,
     navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] | None = None,
+    publish_path: Callable[[Floats], None] = ignore,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
     poses = _poses_on_map(goal, now, waypoints_misfit if goal.poses else poses_misfit)
     if isinstance(poses, Refusal):
         return poses
-    maneuver = FollowWaypoints(
-        poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=navigation
-    )
-    return _publishing(maneuver, publish_path)
+    around = Surroundings(robot, navigation, publish_path)
+    return FollowWaypoints(poses, robot, around, loops=goal.number_of_loops, first=goal.goal_index)
 
 
 def plan_navigate_through_poses(
@@ -109,7 +105,7 @@ def plan_navigate_through_poses(
     now: Observation,
     robot: RobotModel,
     navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] | None = None,
+    publish_path: Callable[[Floats], None] = ignore,
 ) -> NavigateThroughPoses | Refusal:
     """Check a goal of NavigateThroughPoses."""
     if goal.behavior_tree:
@@ -117,15 +113,7 @@ def plan_navigate_through_poses(
     poses = _poses_on_map(goal, now, through_poses_misfit)
     if isinstance(poses, Refusal):
         return poses
-    maneuver = NavigateThroughPoses(poses, robot, Surroundings(robot, navigation))
-    return _publishing(maneuver, publish_path)
-
-
-def _publishing(maneuver: _Driving, publish_path: Callable[[Floats], None] | None) -> _Driving:
-    """Have the paths of a maneuver published."""
-    if publish_path is not None:
-        maneuver.surroundings.on_path = publish_path
-    return maneuver
+    return NavigateThroughPoses(poses, robot, Surroundings(robot, navigation, publish_path))
 
 
 def _no_tree(name: str) -> Refusal:

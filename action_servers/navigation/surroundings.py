@@ -20,16 +20,25 @@ from bt_mission.core.robot.model import RobotModel
 _NEAR_M = 1.2
 
 
+def ignore(_path: Floats) -> None:
+    """Do nothing with a path."""
+
+
 class Surroundings:
     """The map with what the lidar adds, kept up to date by `observe`.
 
-    A scan is placed by the pose that the robot had at the scan's stamp.
+    A scan is placed by the pose that the robot had at the scan's stamp. `on_path` is called with
+    each path that is planned: points in the map, `n x 2` m.
     """
 
-    def __init__(self, robot: RobotModel, tuning: NavigationTuning = NAVIGATION) -> None:
+    def __init__(
+        self,
+        robot: RobotModel,
+        tuning: NavigationTuning = NAVIGATION,
+        on_path: Callable[[Floats], None] = ignore,
+    ) -> None:
         self.tuning = tuning
-        self.on_path: Callable[[Floats], None] = _ignore
-        """Called with each path that is planned: points in the map, `n x 2` m."""
+        self.on_path = on_path
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
         self.cost: CostModel = cost_model(robot.passing_radius, tuning)
@@ -107,10 +116,6 @@ class Surroundings:
         self._near_in_map = in_map[np.hypot(hits[:, 0], hits[:, 1]) < _NEAR_M]
         if self._layer.update(scan, in_map, composed(pose, self._mount)):
             self._survey = self.mapped.with_obstacles(self._layer.marks)
-
-
-def _ignore(path: Floats) -> None:
-    """Take a path and do nothing with it."""
 
 
 def _differ(old: Grid, new: Grid) -> bool:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Value
 from action_servers.core.ticker import ChangedFields
-from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D, Twist2D
@@ -25,23 +24,23 @@ class FollowWaypoints:
         self,
         poses: Sequence[Pose2D],
         robot: RobotModel,
+        surroundings: Surroundings,
         *,
         loops: int = 0,
         first: int = 0,
-        tuning: NavigationTuning = NAVIGATION,
     ) -> None:
         """Make a maneuver through `poses` in the map frame, beginning at the index `first`.
 
         `loops` is the number of rounds after the first one; these begin at index 0, as in Nav2.
-        With `stop_on_failure` in the tuning, the first pose that is not reached ends the goal.
+        With `stop_on_failure` in the tuning of the surroundings, the first pose that is not reached
+        ends the goal.
         """
         self._poses = tuple(poses)
         self._robot = robot
-        self.surroundings = Surroundings(robot, tuning)
+        self.surroundings = surroundings
         """The state of the world."""
         self._loops_left = loops
         self._index = first
-        self._stop_on_failure = tuning.stop_on_failure
         self._leg: NavigateToPose | None = None
         self._missed: list[Fields] = []
         self._time_s: float | None = None
@@ -64,7 +63,7 @@ class FollowWaypoints:
                 "error_code": answer.error_code,
             }
             self._missed.append(missed)
-            if self._stop_on_failure:
+            if self.surroundings.tuning.stop_on_failure:
                 place = f"waypoint {self._index} (of 0 to {len(self._poses) - 1})"
                 reason = f"{place} was not reached, code {answer.error_code}: {answer.reason}"
                 return Finished("aborted", ErrorCode.WAYPOINTS_UNKNOWN, reason)

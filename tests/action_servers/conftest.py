@@ -1,4 +1,4 @@
-"""Robots and scans for maneuvers without ROS and without MuJoCo."""
+"""Robots and scans for maneuvers without ROS and without MuJoCo, and servers on a bench."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ import pytest
 
 from action_servers.core.maneuver import Scan
 from bt_mission.core.robot.model import RobotModel, load_robot
+from tests.support.bench_fixtures import bench, goal_, pose_, robot_node, silent_bench
 from tests.support.fake_robot import FakeRobot
+
+__all__ = ["bench", "goal_", "pose_", "robot_node", "silent_bench"]
 
 
 @pytest.fixture(params=["waffle", "burger"])

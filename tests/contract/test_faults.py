@@ -145,6 +145,17 @@ def test_one_scan_without_a_measurement_is_passed_over(bench, driving):
     assert sent.status is None
 
 
+@pytest.mark.parametrize("driving", [name for name in DRIVING if name != "explore_frontiers"])
+def test_a_base_that_does_not_follow_ends_what_drives(bench, driving):
+    """After two seconds, or where it navigates, ten; exploring goes on to the next frontier."""
+    bench.robot.fake.stuck = True
+    sent = bench.send(driving)
+    bench.until(lambda: sent.status is not None, limit=250)
+    assert sent.status == "aborted"
+    assert any(words in sent.text for words in ("no progress for 2 s", "has not got away from"))
+    assert bench.before_the_last_end == ZERO
+
+
 @pytest.mark.parametrize("name", [name for name in SERVED if "odom" in SERVED[name].watches])
 def test_odometry_that_jumps_does_not_make_the_robot_run_away(bench, name):
     """A goal measured by odometry ends with the reason; one on the map finds its way again."""

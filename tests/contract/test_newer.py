@@ -8,6 +8,7 @@ import pytest
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO
+from action_servers.core.pilot import REFUSED_WHILE_DRIVING
 from bt_mission.core.goal_rate import MOST_GOALS
 from tests.support.served import BESIDE, DRIVING, OF_PARTS, SERVED, goal
 from tests.support.thorough import sample
@@ -44,6 +45,7 @@ def test_a_new_goal_is_refused_where_that_is_the_rule(make_bench, driving):
     new = bench.send("turn", client=1)
     bench.steps(5)
     assert (old.status, new.accepted) == (None, False)
+    assert bench.servers.why_rejected("/turn") == REFUSED_WHILE_DRIVING
     bench.cancel(driving, old.id)
     bench.steps(2)
     following = bench.send("turn", client=1)

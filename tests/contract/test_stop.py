@@ -29,6 +29,7 @@ def test_the_stop_service_ends_the_goal_within_the_instant(bench, name):
     refused = bench.send(name)
     bench.steps(3)
     assert (refused.accepted, bench.commands[-1]) == (False, ZERO)
+    assert bench.servers.why_rejected(f"/{name}") == "stopped; call the service release to continue"
     bench.trigger("release")
     following = bench.send(name)
     bench.steps(3)
@@ -61,6 +62,7 @@ def test_motors_that_go_off_end_what_drives_and_nothing_else(bench, name):
     refused = bench.send(name)
     bench.steps(3)
     if drives:
+        assert bench.servers.why_rejected(f"/{name}").startswith("motors off; switch them on with")
         assert (sent.status, sent.result.error_code) == ("aborted", ErrorCode.MOTORS_OFF)
         assert sent.result.error_msg == "motors off"
         assert bench.commands[-1] == ZERO
@@ -71,3 +73,15 @@ def test_motors_that_go_off_end_what_drives_and_nothing_else(bench, name):
     following = bench.send(name)
     bench.steps(3)
     assert following.accepted is True
+
+
+def test_a_release_does_not_switch_the_motors_on(bench):
+    """Two causes, each with its own end."""
+    bench.set_motors(on=False)
+    bench.steps(1)
+    for service in ("stop", "release"):
+        bench.trigger(service)
+        bench.steps(1)
+    refused = bench.send("turn")
+    bench.steps(3)
+    assert refused.accepted is False

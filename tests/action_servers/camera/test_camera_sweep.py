@@ -1,4 +1,4 @@
-"""Facts about turning and taking pictures."""
+"""Facts about turning and taking pictures, and where the pictures go."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image as Picture
 
-from action_servers.camera.camera_sweep import CameraSweep
+from action_servers.camera.camera_sweep import CameraSweep, ImageFolder
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, Image
 from bt_mission.core.geometry import Twist2D
@@ -153,23 +154,21 @@ def test_waits_for_a_camera_that_falls_silent_and_then_gives_up(base, store):
     assert math.degrees(base.yaw) == pytest.approx(50.0, abs=1.0)
 
 
-def test_folder_that_cannot_be_made_ends_the_goal_without_moving(base, store):
-    """The reason is the operating system's."""
-    store.fails_at = 0
-    finished = base.run(sweep(base, store, 90, 3))
-    assert finished.error_code == ErrorCode.STORAGE
-    assert finished.reason == ("cannot store image 1: [Errno 13] Permission denied: '/images'")
-    assert set(base.twists) == {Twist2D()}
-
-
-def test_full_disk_ends_the_goal_and_keeps_what_was_taken(base, store):
-    """The result names the pictures that are there."""
-    store.fails_at = 3
+@pytest.mark.parametrize(
+    ("fails_at", "reason", "taken"),
+    [
+        (0, "cannot store image 1: [Errno 13] Permission denied: '/images'", 0),
+        (3, "cannot store image 3: [Errno 28] No space left on device", 2),
+    ],
+)
+def test_a_picture_that_cannot_be_stored_ends_the_goal(base, store, fails_at, reason, taken):
+    """With the operating system's reason; what was taken is kept, and without any it stands."""
+    store.fails_at = fails_at
     maneuver = sweep(base, store, 90, 5)
     finished = base.run(maneuver)
-    assert finished.error_code == ErrorCode.STORAGE
-    assert finished.reason == "cannot store image 3: [Errno 28] No space left on device"
-    assert len(maneuver.result()["image_paths"]) == 2
+    assert (finished.error_code, finished.reason) == (ErrorCode.STORAGE, reason)
+    assert len(maneuver.result()["image_paths"]) == taken
+    assert (set(base.twists) == {Twist2D()}) is not bool(taken)
 
 
 def test_feedback_counts_pictures_and_degrees(base, store):
@@ -187,15 +186,80 @@ def test_feedback_counts_pictures_and_degrees(base, store):
     assert maneuver.feedback() is None
 
 
-def test_blocked_robot_gives_up(base, store):
-    """A base that does not turn ends the goal."""
-    base.stuck = True
-    assert base.run(sweep(base, store, 90, 3)).error_code == ErrorCode.BLOCKED
-
-
 def test_keeps_clear_of_walls(fake, waffle):
     """The sweep ends before the rear meets a wall."""
     base = fake(waffle, [(0.0, -0.21, 0.0, -0.5)])
     finished = base.run(sweep(base, FakeStore(base), 180, 4))
     assert finished.error_code == ErrorCode.BLOCKED
     assert finished.reason.startswith("no room to turn left")
+
+
+@pytest.fixture
+def image():
+    """A picture of noise."""
+    rgb = np.random.default_rng(7).integers(0, 255, (24, 32, 3), dtype=np.uint8)
+    return Image(1.0, 24, 32, rgb)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_pictures_are_png_files_of_every_pixel(tmp_path, image, order):
+    """Full paths, numbered with two digits; also of a view with a negative stride, as of bgr8."""
+    store = ImageFolder(tmp_path / "images", "sweep")
+    store.open()
+    seen = Image(1.0, 24, 32, image.rgb[:, :, ::order])
+    path = store.save(1, seen)
+    assert path == str(tmp_path / "images" / "sweep" / "image_01.png")
+    with Picture.open(path) as picture:
+        assert picture.format == "PNG"
+        np.testing.assert_array_equal(np.asarray(picture), seen.rgb)
+
+
+def test_every_goal_has_a_folder_of_its_own(tmp_path):
+    """A name that is taken gets a number, and nothing in the older folder is touched."""
+    folders = []
+    for _ in range(3):
+        store = ImageFolder(tmp_path, "sweep")
+        store.open()
+        folders.append(store.folder)
+    assert folders == [str(tmp_path / name) for name in ("sweep", "sweep_2", "sweep_3")]
+
+
+def test_the_path_is_full(tmp_path, monkeypatch):
+    """Also when the folder was given relative to where the server runs."""
+    monkeypatch.chdir(tmp_path)
+    store = ImageFolder(tmp_path.__class__("images"))
+    assert store.folder == ""
+    store.open()
+    assert store.folder == str(tmp_path / "images" / "images")
+
+
+def test_a_file_in_the_way_is_told(tmp_path):
+    """By the operating system's own error."""
+    (tmp_path / "images").write_text("a file")
+    with pytest.raises(OSError, match="File exists"):
+        ImageFolder(tmp_path / "images").open()
+
+
+def test_no_part_of_a_picture_is_left_when_the_disk_is_full(tmp_path, image, monkeypatch):
+    """A torn file would be taken for a picture."""
+    store = ImageFolder(tmp_path)
+    store.open()
+
+    def full(path, data):
+        with path.open("wb") as file:
+            file.write(bytes(data)[:10])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(tmp_path.__class__, "write_bytes", full)
+    with pytest.raises(OSError, match="No space left"):
+        store.save(1, image)
+    assert list((tmp_path / "images").iterdir()) == []
+
+
+def test_a_folder_that_vanished_is_told(tmp_path, image):
+    """Somebody tidied up during the sweep."""
+    store = ImageFolder(tmp_path)
+    store.open()
+    (tmp_path / "images").rmdir()
+    with pytest.raises(FileNotFoundError):
+        store.save(1, image)

@@ -1,9 +1,9 @@
-"""Which goals the servers refuse, in which words: the limits and the needs of each declaration."""
+"""Which goals the servers refuse, in which words: limits, needs and tunings of each declaration."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,7 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from action_servers.camera.colours import HUES_DEG
 from action_servers.core.action import Action, Misfit, ServerContext
+from action_servers.core.checks import stale
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.limits import COLOURS, NumberLimit, faults
 from action_servers.core.maneuver import (
     Finished,
     Grid,
@@ -20,11 +24,21 @@ from action_servers.core.maneuver import (
     Refusal,
     Scan,
 )
-from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
+from action_servers.core.tuning import (
+    FRONTIERS,
+    NAVIGATION,
+    TUNING,
+    FrontierTuning,
+    MapperTuning,
+    NavigationTuning,
+    Tuning,
+)
 from action_servers.server.actions import action
 from bt_mission.core.actions import declared
 from bt_mission.core.geometry import Pose2D
+from bt_mission.core.parameters import specs
 from bt_mission.core.robot.model import load_robot
+from tests.support.fake_robot import in_the_open
 from tests.support.served import SERVED, goal
 
 SCAN = Scan(10.0, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, np.inf, dtype=np.float32))
@@ -40,7 +54,6 @@ READY = Observation(
 )
 NO_SCAN = "no scan has arrived yet; is the robot running?"
 NO_ODOMETRY = "no odometry has arrived yet; is the robot running?"
-
 WAFFLE, WITH_ARM = load_robot("waffle"), load_robot("waffle_arm")
 
 
@@ -239,3 +252,67 @@ def test_a_plan_asks_for_what_there_is():
     )
     with pytest.raises(TypeError, match="the plan of a asks for weather; there are: robot, tuning"):
         strange.planned(None, READY, context())
+
+
+@pytest.mark.parametrize("stamp", [9.0, 9.1, 11.0])
+def test_a_second_is_fresh(stamp):
+    """Either way: clocks of two machines differ a little."""
+    assert stale(replace(in_the_open(stamp), time_s=10.0)) is None
+
+
+def test_of_two_missing_sensors_odometry_is_told():
+    """One reason at a time."""
+    assert stale(Observation(10.0)) == Finished("aborted", ErrorCode.NO_ODOMETRY, NO_ODOMETRY)
+
+
+LIMIT = NumberLimit(field="time", low=1, high=5, unit="s", source="", zero="the default")
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"),
+    [
+        (LIMIT, "from 1 to 5 s"),
+        (replace(LIMIT, low=0, above=True), "above 0 and at most 5 s"),
+        (replace(LIMIT, low=0, high=math.inf), "0 s or more"),
+    ],
+)
+def test_a_limit_has_words(limit, words):
+    """What is accepted."""
+    assert limit.words == words
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, 5.0])
+def test_both_limits_and_a_zero_with_a_meaning_are_accepted(value):
+    """Beside the range, only 0."""
+    assert LIMIT.fault(value) is None
+
+
+@pytest.mark.parametrize("value", [0.5, 0.999, 5.001, math.nan, math.inf, -math.inf, 1e300])
+def test_what_is_outside_is_told_with_limits_and_unit(value):
+    """Expected and got, in one line."""
+    assert LIMIT.fault(value) == f"time must be from 1 to 5 s, got {value:g}"
+
+
+def test_a_duration_counts_in_seconds():
+    """As a message has it."""
+    limit = replace(LIMIT, low=0, high=math.inf)
+    goal = SimpleNamespace(time=SimpleNamespace(sec=-2, nanosec=500_000_000))
+    assert list(faults(goal, (limit,))) == ["time must not be negative, got -1.5 s"]
+
+
+def test_the_colours_are_those_with_a_hue():
+    """In the same order."""
+    assert tuple(HUES_DEG) == COLOURS
+
+
+TUNINGS = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
+
+
+@pytest.mark.parametrize(
+    ("tunings", "name"), [(tunings, field.name) for tunings in TUNINGS for field in fields(tunings)]
+)
+def test_each_tuning_has_a_range_that_its_default_lies_in_and_a_description(tunings, name):
+    """Which says the unit, where there is one."""
+    _, allowed = specs(tunings)[name]
+    assert allowed.low <= getattr(tunings(), name) <= allowed.high
+    assert allowed.description.endswith(".")

@@ -1,8 +1,9 @@
-"""Facts about the room that a scan leaves to the hull."""
+"""Facts about the room that a scan leaves to the hull: ahead, along arcs and on the spot."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,15 @@ from hypothesis.extra.numpy import arrays
 
 from action_servers.core import clearance
 from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame
+from action_servers.core.footprint import footprint, free_angle, free_distance
 from action_servers.core.maneuver import Scan
+from action_servers.core.margins import HULL_M
 from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 
 WAFFLE = load_robot("waffle")
+BODY = footprint(WAFFLE)
+NOTHING = np.empty((0, 2))
 
 ahead: Any = clearance.ahead
 nearest_in_front: Any = clearance.nearest_in_front
@@ -74,51 +79,35 @@ def test_no_scan_whatever_raises_or_gives_a_negative_gap(ranges):
         assert obstacle is None or obstacle.gap >= 0.0
 
 
-def test_gap_is_measured_from_the_front_of_the_hull(waffle):
-    """Not from the lidar, nor from the axle."""
-    assert ahead(points((0.569, 0.0)), waffle.hull).gap == pytest.approx(0.5)
-
-
-def test_the_nearest_point_counts(waffle):
-    """However the points are ordered."""
-    assert ahead(points((2.0, 0.0), (1.069, 0.1), (1.5, -0.1)), waffle.hull).gap == pytest.approx(
-        1.0
-    )
-
-
 @pytest.mark.parametrize(
-    ("y", "seen"), [(0.17, True), (-0.17, True), (0.18, False), (-0.18, False)]
+    ("places", "gap"),
+    [
+        ([], None),
+        ([(0.569, 0.0)], 0.5),
+        ([(2.0, 0.0), (1.069, 0.1), (1.5, -0.1)], 1.0),
+        ([(0.06, 0.0)], 0.0),
+        ([(-0.5, 0.0)], None),
+        ([(1.0, 0.17)], 0.931),
+        ([(1.0, -0.17)], 0.931),
+        ([(1.0, 0.18)], None),
+        ([(1.0, -0.18)], None),
+    ],
 )
-def test_only_the_swept_width_is_ahead(waffle, y, seen):
-    """Half the width, wheels included (0.153 m), and two centimetres."""
-    assert (ahead(points((1.0, y)), waffle.hull) is not None) == seen
+def test_the_gap_is_that_of_the_nearest_point_before_the_front_of_the_hull(places, gap):
+    """Within half the width, wheels included (0.153 m), and two centimetres; never negative."""
+    obstacle = ahead(np.array(places, dtype=float).reshape(-1, 2).T, WAFFLE.hull)
+    assert (obstacle and obstacle.gap) == (gap if gap is None else pytest.approx(gap))
 
 
-def test_what_is_behind_is_not_ahead(waffle):
-    """Nothing behind the axle stops a drive forward."""
-    assert ahead(points((-0.5, 0.0)), waffle.hull) is None
-
-
-def test_a_touching_obstacle_has_no_gap(waffle):
-    """Noise may put it inside the hull; the gap is 0 then, not negative."""
-    assert ahead(points((0.06, 0.0)), waffle.hull).gap == 0.0
-
-
-def test_a_wall_straight_ahead_lies_straight_ahead(waffle):
-    """Its noisiest ray, far to the left, does not decide where it is."""
+@pytest.mark.parametrize(("slope", "least_deg", "most_deg"), [(0.0, -0.5, 0.5), (1.0, 5.0, 45.0)])
+def test_a_wall_lies_where_it_is_nearest(slope, least_deg, most_deg):
+    """A wall straight ahead lies straight ahead, whatever its noisiest ray; a slanted one left."""
     y = np.linspace(-0.16, 0.16, 33)
-    x = np.full(33, 1.0)
+    x = 1.0 - slope * y
     x[-1] -= 0.01
-    wall = ahead(np.stack([x, y]), waffle.hull)
-    assert wall.gap == pytest.approx(1.0 - 0.01 - 0.069)
-    assert math.degrees(math.atan2(wall.y, wall.x)) == pytest.approx(0.0, abs=0.5)
-
-
-def test_a_slanted_wall_lies_where_it_is_nearest(waffle):
-    """To the left when its left end is nearer."""
-    y = np.linspace(-0.16, 0.16, 33)
-    wall = ahead(np.stack([1.0 - y, y]), waffle.hull)
-    assert math.degrees(math.atan2(wall.y, wall.x)) > 5.0
+    wall = ahead(np.stack([x, y]), WAFFLE.hull)
+    assert wall.gap == pytest.approx(x.min() - 0.069)
+    assert least_deg <= math.degrees(math.atan2(wall.y, wall.x)) <= most_deg
 
 
 def test_the_nearest_in_front_may_stand_beside_the_way(waffle):
@@ -128,15 +117,89 @@ def test_the_nearest_in_front_may_stand_beside_the_way(waffle):
     assert nearest.gap == pytest.approx(0.4 - 0.153)
 
 
-def test_nothing_seen_is_none(waffle):
-    """An empty world has neither."""
-    nothing = np.empty((2, 0))
-    assert ahead(nothing, waffle.hull) is None
-    assert nearest_in_front(nothing, waffle.hull) is None
-
-
 def test_a_point_ahead_of_a_robot_that_faces_up_lies_above_it():
     """In the robot's frame x is forward and y left."""
     facing_up = Pose2D(1.0, 2.0, math.pi / 2)
     assert out_of_frame(facing_up, np.array([[0.5, 0.0]])) == pytest.approx(np.array([[1.0, 2.5]]))
     assert into_frame(facing_up, np.array([[1.0, 2.5]])) == pytest.approx(np.array([[0.5, 0.0]]))
+
+
+def room(point: tuple[float, float], curvature: float, distance: float) -> float:
+    """How far a Waffle drives along an arc before it meets a point, m."""
+    return free_distance(np.array([point]), BODY, curvature, distance)
+
+
+def test_nothing_in_sight_leaves_the_whole_horizon():
+    """In metres ahead and behind, in radians on the spot."""
+    assert free_distance(NOTHING, BODY, 0.0, 0.4) == 0.4
+    assert free_distance(NOTHING, BODY, 3.0, -0.4) == 0.4
+    assert free_angle(NOTHING, BODY, -0.5) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("point", "distance", "exact"),
+    [
+        ((0.3, 0.0), 0.4, 0.3 - BODY.front - HULL_M),
+        ((-0.4, 0.1), -0.4, 0.4 + BODY.rear - HULL_M),
+    ],
+)
+def test_room_is_measured_from_the_hull(point, distance, exact):
+    """The Waffle reaches 0.069 m ahead of its axle and 0.197 m behind; to the step below."""
+    assert exact - 0.02 <= room(point, 0.0, distance) <= exact
+
+
+@pytest.mark.parametrize(
+    ("point", "curvature", "distance", "is_free"),
+    [
+        pytest.param((0.3, 0.165), 0.0, 0.4, True, id="beside the swept width"),
+        pytest.param((0.3, 0.16), 0.0, 0.3, False, id="within the margin of the swept width"),
+        pytest.param((0.25, 0.2), 4.0, 0.35, False, id="inside the bend"),
+        pytest.param((0.25, 0.2), -4.0, 0.35, True, id="outside the bend"),
+        pytest.param((BODY.front + 0.005, 0.0), 0.0, -0.3, True, id="away from what it touches"),
+        pytest.param((-0.1, BODY.half_width - 0.005), 0.0, 0.3, True, id="noise beside the rear"),
+        pytest.param((0.0, BODY.half_width - 0.005), 0.0, 0.3, True, id="noise beside the wheels"),
+        pytest.param((0.05, BODY.half_width - 0.005), 0.0, 0.3, True, id="noise beside the front"),
+        pytest.param((-0.14, 0.18), -180.0, 0.03, False, id="5 rad within 0.03 m: the rear swings"),
+    ],
+)
+def test_a_point_is_met_or_passed(point, curvature, distance, is_free):
+    """By the hull and its margin, along straight lines and arcs."""
+    assert (room(point, curvature, distance) == abs(distance)) is is_free
+
+
+@pytest.mark.parametrize("x", [BODY.front + 0.005, BODY.front - 0.02])
+def test_what_the_front_touches_stops_the_way_towards_it_alone(x):
+    """Within the margin, or as noise has it, inside the hull; the robot can always back out."""
+    wall = np.array([[x, side] for side in (-0.1, 0.0, 0.1)])
+    assert free_distance(wall, BODY, 0.0, 0.3) == 0.0
+    assert free_distance(wall, BODY, 0.0, -0.3) == 0.3
+
+
+def test_a_turn_stops_before_the_rear_corner_meets_a_point():
+    """Turning left, the rear left corner swings forward along the left side."""
+    beside = np.array([[-0.14, 0.18]])
+    assert free_angle(beside, BODY, 0.6) == 0.6
+    assert free_angle(beside, BODY, -0.6) < 0.6
+
+
+def test_a_turn_is_free_of_what_lies_outside_the_turning_circle():
+    """The circle has no margin: paths keep just that free."""
+    ring = np.arange(0.0, math.tau, 0.05)
+    around = 0.239 * np.column_stack((np.cos(ring), np.sin(ring)))
+    assert free_angle(around, BODY, math.pi) == math.pi
+
+
+def test_a_polygon_keeps_its_distance_by_its_edges():
+    """A wedge passes points that the rectangle around it would touch, and stops at its edges."""
+    outline = [[0.3, 0.0], [-0.1, 0.3], [-0.1, -0.3]]
+    body = {"shape": "polygon", "outline": outline, "bottom": 0.0, "top": 0.1}
+    wedge = footprint(RobotModel.model_validate(WAFFLE.model_dump() | {"body": body}))
+    box = replace(wedge, edges=())
+    beside = np.array([[0.6, 0.15]])
+    assert free_distance(beside, box, 0.0, 1.0) == pytest.approx(0.29)
+    # The edge is 0.15 m aside at x = 0.1 m; the margin of 1 cm is across the edge.
+    expected = 0.5 - 0.01 / 0.6
+    assert free_distance(beside, wedge, 0.0, 1.0) == pytest.approx(expected, abs=0.021)
+    behind = np.array([[-0.4, 0.0]])
+    assert free_distance(behind, wedge, 0.0, -1.0) == pytest.approx(0.29, abs=0.021)
+    assert free_distance(beside, wedge, 0.5, 1.0) > free_distance(beside, box, 0.5, 1.0)

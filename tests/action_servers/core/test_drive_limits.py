@@ -19,17 +19,18 @@ def test_limits_are_the_robots_own(waffle):
     assert result.angular == pytest.approx(0.6 * waffle.max_angular_velocity)
 
 
-def test_the_approach_speed_stops_within_the_distance():
+@pytest.mark.parametrize(
+    ("distance", "speed"), [(0.02, math.sqrt(2 * 0.4 * 0.02)), (5.0, 0.26), (-0.1, 0.0)]
+)
+def test_the_approach_speed_stops_within_the_distance(distance, speed):
     """At 40 % of the deceleration that the robot has."""
-    assert LIMITS.approach(0.02) ** 2 / (2 * 0.4) == pytest.approx(0.02)
-    assert LIMITS.approach(5.0) == 0.26
-    assert LIMITS.approach(-0.1) == 0.0
+    assert LIMITS.approach(distance) == pytest.approx(speed)
 
 
-def test_a_spin_has_the_sign_of_its_angle_and_fades_out():
+@pytest.mark.parametrize(("angle", "rate"), [(-3.0, -1.0), (0.02, 0.08)])
+def test_a_spin_has_the_sign_of_its_angle_and_fades_out(angle, rate):
     """Far away at full rate, close by in proportion to the angle."""
-    assert LIMITS.spin(-3.0) == -1.0
-    assert LIMITS.spin(0.02) == pytest.approx(0.08)
+    assert LIMITS.spin(angle) == pytest.approx(rate)
 
 
 def test_a_ramp_changes_a_twist_no_faster_than_the_robot_can():
@@ -49,12 +50,7 @@ def test_delay_and_braking_use_up_exactly_the_distance(distance, deceleration, d
     assert used == pytest.approx(distance, rel=1e-6)
 
 
-def test_no_distance_allows_no_speed():
-    """Nor does one that is overrun already."""
-    assert speed_to_stop_in(0.0, deceleration=1.0, delay_s=0.05) == 0.0
-    assert speed_to_stop_in(-0.1, deceleration=1.0, delay_s=0.05) == 0.0
-
-
-def test_a_free_way_allows_any_speed():
-    """The caller has a limit of its own."""
-    assert speed_to_stop_in(math.inf, deceleration=1.0, delay_s=0.05) == math.inf
+@pytest.mark.parametrize(("distance", "speed"), [(0.0, 0.0), (-0.1, 0.0), (math.inf, math.inf)])
+def test_no_distance_allows_no_speed_and_a_free_way_any(distance, speed):
+    """Nor does a distance that is overrun already; the caller has a limit of its own."""
+    assert speed_to_stop_in(distance, deceleration=1.0, delay_s=0.05) == speed

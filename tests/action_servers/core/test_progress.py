@@ -1,14 +1,43 @@
-"""Facts about a base that follows its commands, or does not."""
+"""Facts about odometry that is added up, and a base that follows its commands, or does not."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from action_servers.core.maneuver import Observation
-from action_servers.core.progress import CourseWatch, Progress, ProgressChecker
+from action_servers.core.progress import CourseWatch, Odometer, Progress, ProgressChecker
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import load_robot
 from tests.support.fake_robot import in_the_open
+
+
+@pytest.mark.parametrize(
+    ("poses", "distance", "reason"),
+    [
+        ([(1.0, 5.0, 2.0)], 0.0, None),
+        ([(1.0 + x, x, 0.0) for x in (0.0, 0.1, 0.2)] + [(2.0, 0.0, 0.0)], 0.4, None),
+        ([(1.0, 0.0, 0.0), (1.5, 0.1, 0.0), (1.5, 0.1, 0.0)], 0.1, None),
+        ([(1.0, 0.0, 0.0), (1.8, 0.2, 0.0)], 0.2, None),
+        ([(10.0, 2.0, 0.0), (10.05, 0.0, 0.0)], 0.0, "2.00 m in 0.050 s"),
+        ([(10.0, 2.0, 0.0), (7.0, 0.0, 0.0)], 0.0, "2.00 m in -3.000 s"),
+        ([(1.0, 0.0, 2.0), (1.05, 0.0, 0.0)], 0.0, "-115 deg in 0.050 s"),
+    ],
+    ids=["start", "there and back", "twice", "a gap", "reset", "stamps go back", "heading"],
+)
+def test_odometry_is_added_up_and_a_reset_is_told(poses, distance, reason):
+    """Metres and radians along the path; a jump adds nothing, a long gap allows a long way."""
+    odometer = Odometer(max_linear=0.26, max_angular=1.82)
+    assert odometer.update(Observation(1.0)) is None
+    answers = [
+        odometer.update(Observation(stamp_s, odom=Pose2D(x, 0.0, yaw), odom_stamp_s=stamp_s))
+        for stamp_s, x, yaw in poses
+    ]
+    expected = reason and f"odometry jumped by {reason}; was it reset?"
+    assert answers == [None] * (len(poses) - 1) + [expected]
+    assert odometer.distance == pytest.approx(distance)
+    assert odometer.yaw == 0.0
 
 
 def test_a_base_that_obeys_is_never_blocked(fake, waffle):

@@ -102,6 +102,7 @@ def test_drive_on_heading_slides_to_a_point_aside():
     maneuver = plan_drive_on_heading(goal, in_the_open(1.0), SLIDER)
     assert isinstance(maneuver, Straight)
     assert base.run(maneuver).status == "succeeded"
+    assert misfit(goal, SLIDER, backwards=False) is None
     assert misfit(goal, CAR, backwards=False) == "target.y and target.z must be 0, got -0.4 and 0"
     assert (base.x, base.y, base.yaw) == pytest.approx((0.3, -0.4, 0.0), abs=0.01)
 

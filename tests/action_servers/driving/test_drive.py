@@ -1,8 +1,9 @@
-"""Facts about the way of every driving maneuver."""
+"""Facts about the way of every driving maneuver, and about driving and measuring for a time."""
 
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -10,17 +11,11 @@ import pytest
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO, Finished, Held, Observation, Reason
 from action_servers.driving.drive import Drive
-from bt_mission.core.geometry import Twist2D
+from action_servers.driving.move import Move, plan
+from action_servers.driving.record_distance import RecordDistance
+from bt_mission.core.geometry import Pose2D, Twist2D
 
-
-def test_it_counts_its_way(fake, waffle):
-    """Metres driven, and radians turned."""
-    base, drive = fake(waffle), Drive(waffle)
-    for _ in range(200):
-        assert drive.fault(base.observe()) is None
-        base.move(Twist2D(0.02, 0.1))
-    assert drive.distance == pytest.approx(0.2, abs=0.01)
-    assert drive.yaw == pytest.approx(1.0, abs=0.02)
+FORWARD = Twist2D(0.2, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -73,3 +68,100 @@ def test_the_delay_of_a_command_counts_the_age_of_odometry(waffle):
     """One control step, and what has passed since the odometry."""
     now = Observation(5.0, odom_stamp_s=4.98)
     assert Drive(waffle).delay_s(now) == pytest.approx(0.07)
+
+
+def reported(base, maneuver, seconds, command=None):
+    """Step a maneuver; return when it told what, and its end. `command` drives the base instead."""
+    reports = []
+    for _ in range(round(seconds * 20) + 1):
+        time_s = round(base.time_s - 10.0, 6)
+        answer = maneuver.step(base.observe()) if command else base.step(maneuver.step)
+        feedback = maneuver.feedback()
+        if feedback is not None:
+            reports.append((time_s, *feedback.values()))
+        if isinstance(answer, Finished):
+            return reports, answer
+        if command:
+            base.move(command)
+    return reports, None
+
+
+def test_a_move_drives_for_exactly_the_time(fake, robot):
+    """Five seconds are a hundred commands at 20 Hz; then it stops, and ends standing."""
+    base = fake(robot)
+    assert base.run(Move(5, FORWARD, robot)) == Finished("succeeded")
+    assert base.twists.count(FORWARD) == 100
+    assert set(base.twists[100:]) == {ZERO}
+    assert base.linear < 0.01
+    assert base.x == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_move_tells_each_second_and_in_the_end_what_it_did(fake, waffle):
+    """Five times for five seconds."""
+    move = Move(5, FORWARD, waffle)
+    reports, _ = reported(fake(waffle), move, 6.0)
+    assert [time for time, _ in reports] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert reports[1][1] == "driving, 2.00 of 5 s, 0.38 m so far"
+    assert move.result() == {"status": "drove for 5.00 of 5 s, 1.00 m"}
+
+
+def test_a_canceled_move_tells_what_it_did(fake, waffle):
+    """Not what it was asked for."""
+    move = Move(5, FORWARD, waffle)
+    fake(waffle).run_for(move, 1.55)
+    assert move.result() == {"status": "drove for 1.50 of 5 s, 0.28 m"}
+
+
+def test_no_velocity_at_all_is_a_tenth_of_a_metre_a_second(fake, waffle):
+    """Straight on."""
+    now = fake(waffle).observe()
+    goal = SimpleNamespace(secs=5, linear_velocity=0.0, angular_velocity=0.0)
+    assert plan(goal, now, waffle).step(now) == Twist2D(0.1, 0.0)
+
+
+def test_a_move_does_not_begin_where_there_is_no_room(fake, waffle):
+    """Within the margin not a millimetre, and beyond it one slow step that keeps the margin."""
+    for wall, most in ((0.105, 0.0), (0.12, 0.006)):
+        base = fake(waffle, [(wall, -1.0, wall, 1.0)])
+        ended = base.run(Move(5, FORWARD, waffle))
+        assert (ended.status, ended.error_code) == ("aborted", ErrorCode.BLOCKED)
+        assert "an obstacle is in the way" in ended.reason
+        assert len(base.twists) == 2
+        base.move(ZERO, 0.2)
+        assert base.x <= most
+
+
+def test_a_recorded_distance_is_told_and_published_each_second_and_ends_with_the_last(fake, waffle):
+    """Five for five seconds; the sum is the path from odometry."""
+    published: list[float] = []
+    base = fake(waffle)
+    record = RecordDistance(5, waffle, published.append)
+    reports, end = reported(base, record, 6.0, FORWARD)
+    assert end == Finished("succeeded")
+    assert [time for time, _ in reports] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert published == [distance for _, distance in reports]
+    assert published[-1] == pytest.approx(base.x)
+    assert record.result() == {"status": True, "total_dist": published[-1]}
+
+
+def test_before_the_end_the_status_of_a_record_is_false(fake, waffle):
+    """A cancel has the distance so far."""
+    record = RecordDistance(5, waffle, lambda _: None)
+    reported(fake(waffle), record, 2.0, FORWARD)
+    assert record.result() == {"status": False, "total_dist": pytest.approx(0.4, abs=0.03)}
+
+
+def test_odometry_that_jumps_or_stops_ends_a_record(fake, waffle):
+    """With the reason; what was measured until then stays."""
+    base = fake(waffle)
+    record: Any = RecordDistance(5, waffle, lambda _: None)
+    reported(base, record, 1.0, FORWARD)
+    base.changes = {"odom": Pose2D(9.0, 0.0, 0.0)}
+    end = record.step(base.observe())
+    assert end.error_code == ErrorCode.NO_ODOMETRY
+    assert "odometry jumped by" in end.reason
+    assert record.result()["total_dist"] == pytest.approx(0.2, abs=0.03)
+    silent = RecordDistance(5, waffle, lambda _: None)
+    assert silent.step(Observation(10.0)) == Finished(
+        "aborted", ErrorCode.NO_ODOMETRY, "no odometry has arrived yet; is the robot running?"
+    )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import Finished, Scan
+from action_servers.core.maneuver import Finished
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.explore_forward import ExploreForward, limits
 from bt_mission.core.geometry import Twist2D
@@ -185,16 +185,6 @@ def test_odometry_that_jumps_ends_the_goal(fake, waffle):
     assert finished.error_code == ErrorCode.NO_ODOMETRY
     assert finished.reason == "odometry jumped by 1.49 m in 0.050 s; was it reset?"
     assert explore.result()["total_distance_travelled"] < 0.2
-
-
-@pytest.mark.parametrize("junk", [math.inf, math.nan, 0.0, 0.05, 100.0])
-def test_rays_without_a_measurement_are_no_obstacle(fake, waffle, junk):
-    """Inf, NaN, 0.0, values below the lidar's minimum and beyond its maximum do not stop it."""
-    base = fake(waffle)
-    ranges = np.full(360, junk, dtype=np.float32)
-    explore: Any = ExploreForward(0.2, 0.5, waffle)
-    base.changes = {"scan": Scan(10.0, 0.0, math.tau / 360, 0.12, 3.5, ranges)}
-    assert explore.step(base.observe()) == Twist2D(0.2, 0.0)
 
 
 def test_stopping_distance_keeps_clear_of_the_blind_ring_of_the_lidar(robot):

@@ -1,113 +1,153 @@
+"""Facts about exploring with a kinematic robot that maps walls as it drives."""
+
 import dataclasses
+import math
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import Finished
+from action_servers.core.maneuver import Finished, Grid, Observation
 from action_servers.core.tuning import FRONTIERS
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
+from action_servers.mapping.occupancy import OccupancyMapper
+from bt_mission.core.geometry import Pose2D
+from bt_mission.core.robot.model import load_robot
+from tests.support.fake_robot import FakeRobot
+
+WAFFLE = load_robot("waffle")
+SCAN_EVERY_S = 0.2
+MAP_EVERY_S = 1.0
 
 
-def goal(max_duration=0.0, min_frontier=0.0):
-    """The fields of a goal."""
-    return SimpleNamespace(max_duration=max_duration, min_frontier=min_frontier)
+def box(x: float, y: float, width: float, height: float) -> list[tuple[float, float, float, float]]:
+    """Four walls around a rectangle whose lower left corner is at x, y; metres."""
+    right, top = x + width, y + height
+    return [(x, y, right, y), (right, y, right, top), (right, top, x, top), (x, top, x, y)]
 
 
-@pytest.fixture
-def two_rooms(walls_of):
-    """Two rooms of 3 m by 3 m side by side, with a door of 1 m between them."""
-    return [*walls_of(-1.5, -1.5, 6.0, 3.0), (1.5, -1.5, 1.5, -0.5), (1.5, 0.5, 1.5, 1.5)]
+TWO_ROOMS = [*box(-1.5, -1.5, 6.0, 3.0), (1.5, -1.5, 1.5, -0.5), (1.5, 0.5, 1.5, 1.5)]
+"""Two rooms of 3 m by 3 m side by side, with a door of 1 m between them."""
 
 
-def test_it_maps_two_rooms_and_ends_when_no_frontier_is_left(waffle, mapping_robot, two_rooms):
+class MappingRobot(FakeRobot):
+    """A fake robot whose observations hold the map that it has made so far, renewed once a second.
+
+    `maps=False` keeps the first map for ever.
+    """
+
+    def __init__(self, walls: Any = TWO_ROOMS, *, maps: bool = True) -> None:
+        super().__init__(WAFFLE, walls)
+        self.scan_period_s = SCAN_EVERY_S
+        self.mapper = OccupancyMapper(self.robot.lidar)
+        self.maps = maps
+        self.grid: Grid | None = None
+        self.closest = math.inf
+        self._mapped: Any = None
+        self._map_s = -math.inf
+
+    def observe(self) -> Observation:
+        now = super().observe()
+        pose = Pose2D(self.x, self.y, self.yaw)
+        if now.scan is not None and now.scan is not self._mapped:
+            self._mapped = now.scan
+            self.mapper.add(now.scan, pose)
+            self.closest = min(self.closest, float(now.scan.ranges.min()))
+        if now.time_s - self._map_s > MAP_EVERY_S - 1e-6 and (self.maps or self.grid is None):
+            self._map_s = now.time_s
+            self.grid = self.mapper.grid(now.time_s)
+        return dataclasses.replace(now, map_pose=pose, grid=self.grid)
+
+
+def explored(robot: FakeRobot, max_duration: float = 0.0) -> tuple[Finished, dict[str, Any]]:
+    """Let a robot explore; return the end and the result."""
+    maneuver = ExploreFrontiers(WAFFLE, max_duration, 0.5)
+    ended = robot.run(maneuver, 300.0)
+    return ended, dict(maneuver.result())
+
+
+def test_it_maps_two_rooms_and_ends_when_no_frontier_is_left():
     """Both rooms are known, nothing was touched, and the result says how much."""
-    robot = mapping_robot(two_rooms)
-    maneuver = ExploreFrontiers(waffle, 0.0, 0.5)
-    ended = robot.run(maneuver)
+    robot = MappingRobot()
+    ended, result = explored(robot)
     assert (ended.status, ended.reason) == ("succeeded", "")
-    result = maneuver.result()
-    assert 16.0 < float(str(result["area_mapped"])) < 20.0
+    assert 16.0 < result["area_mapped"] < 20.0
     assert result["frontiers_visited"] != 0
     assert robot.closest > 0.2
 
 
-def test_a_room_seen_at_a_glance_needs_no_driving(waffle, mapping_robot, walls_of):
+def test_a_room_seen_at_a_glance_needs_no_driving():
     """It looks for a moment, then ends where it stands."""
-    robot = mapping_robot(walls_of(-1.5, -1.5, 3.0, 3.0))
-    ended = robot.run(ExploreFrontiers(waffle, 0.0, 0.5))
-    assert ended.status == "succeeded"
-    assert (robot.fake.x, robot.fake.y) == (0.0, 0.0)
-    assert robot.fake.time_s - 10.0 < 10.0
+    robot = MappingRobot(box(-1.5, -1.5, 3.0, 3.0))
+    assert explored(robot)[0].status == "succeeded"
+    assert (robot.x, robot.y) == (0.0, 0.0)
+    assert robot.time_s - 10.0 < 10.0
 
 
-def test_feedback_counts_down_and_comes_at_least_once_a_second(waffle, mapping_robot, two_rooms):
+def test_feedback_counts_down_and_comes_at_least_once_a_second():
     """Frontiers left reach 0 in the end."""
-    robot = mapping_robot(two_rooms)
-    maneuver = ExploreFrontiers(waffle, 0.0, 0.5)
+    maneuver: Any = ExploreFrontiers(WAFFLE, 0.0, 0.5)
     reports = []
-    observe = robot.observe
 
-    def listening():
-        fields = maneuver.feedback()
-        if fields:
-            reports.append((robot.fake.time_s, int(str(fields["frontiers_left"]))))
-        return observe()
+    class Listening(MappingRobot):
+        def observe(self) -> Observation:
+            fields = maneuver.feedback()
+            if fields:
+                reports.append((self.time_s, fields["frontiers_left"]))
+            return super().observe()
 
-    robot.observe = listening
-    robot.run(maneuver)
+    Listening().run(maneuver, 300.0)
     last = maneuver.feedback() or {"frontiers_left": reports[-1][1]}
     assert last["frontiers_left"] == 0
     assert max(left for _, left in reports) >= 1
-    gaps = [b[0] - a[0] for a, b in pairwise(reports)]
-    assert max(gaps) <= 1.0 + 1e-6
+    assert max(b[0] - a[0] for a, b in pairwise(reports)) <= 1.0 + 1e-6
 
 
-def test_the_time_limit_ends_it_with_what_is_left(waffle, mapping_robot, two_rooms):
+def test_the_time_limit_ends_it_with_what_is_left():
     """After exactly 6 s, aborted; the result still tells the area."""
-    robot = mapping_robot(two_rooms)
-    maneuver = ExploreFrontiers(waffle, 6.0, 0.5)
-    ended = robot.run(maneuver)
-    assert ended.status == "aborted"
-    assert ended.error_code == ErrorCode.UNKNOWN
+    robot = MappingRobot()
+    ended, result = explored(robot, 6.0)
+    assert (ended.status, ended.error_code) == ("aborted", ErrorCode.UNKNOWN)
     assert ended.reason.startswith("max_duration, 6 s, is over; frontiers left: ")
-    assert robot.fake.time_s == pytest.approx(16.0)
-    assert float(str(maneuver.result()["area_mapped"])) > 8.0
+    assert robot.time_s == pytest.approx(16.0)
+    assert result["area_mapped"] > 8.0
 
 
-def test_without_a_map_it_waits_a_while_and_gives_up(waffle, fake):
+def test_without_a_map_it_waits_a_while_and_gives_up():
     """Five seconds; the reason asks who publishes the map."""
-    robot = fake(waffle)
-    ended = robot.run(ExploreFrontiers(waffle, 0.0, 0.5))
+    robot = FakeRobot(WAFFLE)
+    ended, _ = explored(robot)
     assert (ended.status, ended.error_code) == ("aborted", ErrorCode.NO_MAP)
     assert "no map has arrived" in ended.reason
     assert robot.time_s == pytest.approx(10.0 + FRONTIERS.map_wait)
 
 
-def test_a_map_that_never_changes_is_no_place_to_explore(waffle, mapping_robot, two_rooms):
+def test_a_map_that_never_changes_is_no_place_to_explore():
     """It has been at a frontier and nothing new came: the mapper is not running."""
-    robot = mapping_robot(two_rooms, maps=False)
+    robot = MappingRobot(maps=False)
+    now = FakeRobot(WAFFLE, TWO_ROOMS).observe()
+    assert now.scan is not None
+    assert now.odom is not None
     for _ in range(3):
-        robot.mapper.add(robot.fake.observe().scan, robot.fake.observe().odom)
-    ended = robot.run(ExploreFrontiers(waffle, 0.0, 0.5))
+        robot.mapper.add(now.scan, now.odom)
+    ended, _ = explored(robot)
     assert (ended.status, ended.error_code) == ("aborted", ErrorCode.NO_MAP)
     assert "is a mapper running" in ended.reason
 
 
-def test_a_robot_that_cannot_move_gives_up_each_frontier_and_ends(waffle, mapping_robot, two_rooms):
+def test_a_robot_that_cannot_move_gives_up_each_frontier_and_ends():
     """Aborted as blocked, with the reason of the last drive."""
-    robot = mapping_robot(two_rooms)
-    robot.fake.stuck = True
-    ended = robot.run(ExploreFrontiers(waffle, 0.0, 0.5))
+    robot = MappingRobot()
+    robot.stuck = True
+    ended, _ = explored(robot)
     assert (ended.status, ended.error_code) == ("aborted", ErrorCode.BLOCKED)
     assert "could not be driven to" in ended.reason
 
 
-def test_a_frontier_that_the_map_shuts_off_on_the_way_is_left_alone_the_second_time(
-    waffle, mapping_robot, two_rooms, monkeypatch
-):
+def test_a_frontier_that_the_map_shuts_off_on_the_way_is_left_alone_the_second_time(monkeypatch):
     """No failure of driving: with nothing else to do, the goal succeeds."""
     legs = []
 
@@ -119,35 +159,29 @@ def test_a_frontier_that_the_map_shuts_off_on_the_way_is_left_alone_the_second_t
             return Finished("aborted", ErrorCode.GOAL_OCCUPIED, "a wall is there")
 
     monkeypatch.setattr(explore, "NavigateToPose", ShutOff)
-    robot = mapping_robot(two_rooms)
-    maneuver = ExploreFrontiers(waffle, 0.0, 0.5)
-    assert robot.run(maneuver).status == "succeeded"
+    ended, result = explored(MappingRobot())
+    assert ended.status == "succeeded"
     assert len(legs) >= 2
-    assert maneuver.result()["frontiers_visited"] == 0
+    assert result["frontiers_visited"] == 0
 
 
-def test_scans_that_stop_end_it(waffle, mapping_robot, two_rooms):
+def test_scans_that_stop_end_it():
     """With the code of our own actions for it."""
-    robot = mapping_robot(two_rooms)
-    maneuver = ExploreFrontiers(waffle, 0.0, 0.5)
-    observe = robot.observe
-    frozen = []
 
-    def blind():
-        now = observe()
-        if now.time_s > 15.0:
-            frozen.append(now.scan)
-            now = dataclasses.replace(now, scan=frozen[0])
-        return now
+    class Blind(MappingRobot):
+        def observe(self) -> Observation:
+            now = super().observe()
+            if now.time_s > 15.0:
+                self.changes = {"scan": now.scan}
+            return now
 
-    robot.observe = blind
-    ended = robot.run(maneuver)
+    ended, _ = explored(Blind())
     assert (ended.status, ended.error_code) == ("aborted", ErrorCode.NO_SCAN)
     assert "no scan" in ended.reason
 
 
-def test_zeros_take_the_defaults(waffle, fake):
+def test_zeros_take_the_defaults():
     """No limit of time, and a frontier that a Waffle passes."""
-    planned = plan(goal(), fake(waffle).observe(), waffle)
-    assert isinstance(planned, ExploreFrontiers)
+    goal = SimpleNamespace(max_duration=0.0, min_frontier=0.0)
+    planned = plan(goal, Observation(10.0), WAFFLE)
     assert planned.result() == {"frontiers_visited": 0, "area_mapped": 0.0}

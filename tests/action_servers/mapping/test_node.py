@@ -1,18 +1,25 @@
-"""The mapper over real rclpy, on the virtual clock, beside the simulated robot."""
+"""The mapper over real rclpy, on the virtual clock beside the simulated robot, and as a process."""
 
 import math
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import rclpy
 from bt_mission_interfaces.msg import Coverage
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import OccupancyGrid
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
 from action_servers.mapping.node import MOST_SAVES, MapperNode, MapperOptions
@@ -22,34 +29,34 @@ from sim.ros.node import SimNode, SimOptions
 from sim.sensors.lidar import LidarSensor
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
-from sim.world.world import World
+from tests.support.processes import PATIENCE_S
 from tests.support.rig import Rig
+from tests.support.robot_node import LATCHED
 
 START_NS = 1_000_000_000
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Bench(Rig):
-    """A Waffle in a world, its mapper, and somebody who listens."""
+    """A Waffle among nine columns, its mapper, and somebody who listens."""
 
-    def __init__(self, world: World, folder: Path) -> None:
+    def __init__(self, folder: Path) -> None:
         super().__init__(start_ns=START_NS)
         robot = load_robot("waffle")
         lean: Any = {"lean": True, "context": self.context}
         options = SimOptions(seed=3, start_ns=START_NS, camera=False, with_map=False, **lean)
+        world = load_world("turtlebot3_world")
         self.sim = self.clock.world = self.add(SimNode(world, [RobotSpawn(robot)], options))
         map_prefix = str(folder / "map")
         self.mapper = self.add(MapperNode(robot, MapperOptions(map_prefix=map_prefix, **lean)))
         self.user = self.node("user")
         self.maps: list[tuple[float, OccupancyGrid]] = []
         self.coverage: list[Coverage] = []
-        self.user.create_subscription(OccupancyGrid, "map", self._on_map, LATCHED)
+        self.user.create_subscription(
+            OccupancyGrid, "map", lambda grid: self.maps.append((self.now_s, grid)), LATCHED
+        )
         self.user.create_subscription(Coverage, "coverage", self.coverage.append, LATCHED)
         self.twist = self.user.create_publisher(TwistStamped, "cmd_vel", 10)
         self.saver = self.user.create_client(Trigger, "save_map")
-
-    def _on_map(self, message: OccupancyGrid) -> None:
-        self.maps.append((self.now_s, message))
 
     def run_for(self, seconds: float, linear: float = 0.0, angular: float = 0.0) -> None:
         """Let time pass, with a command in each step."""
@@ -66,11 +73,16 @@ class Bench(Rig):
         self.clock.run_until_quiet()
         return answer.result()
 
+    def steps_between_maps(self, since_s: float = 0.0) -> list[float]:
+        """The times from map to map, s."""
+        times = [time for time, _ in self.maps if time > since_s]
+        return [b - a for a, b in pairwise(times)]
+
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
-    """A bench among nine columns."""
-    bench = Bench(load_world("turtlebot3_world"), tmp_path)
+    """A bench."""
+    bench = Bench(tmp_path)
     yield bench
     bench.close()
 
@@ -78,9 +90,8 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 def test_the_first_map_comes_after_two_scans_and_the_next_once_a_second(bench: Bench) -> None:
     """Nothing is known to be free before."""
     bench.run_for(3.5)
-    times = [time for time, _ in bench.maps]
-    assert times[0] == pytest.approx(0.4)
-    assert all(b - a >= 1.0 - 1e-6 for a, b in pairwise(times))
+    assert bench.maps[0][0] == pytest.approx(0.4)
+    assert min(bench.steps_between_maps()) >= 1.0 - 1e-6
 
 
 def test_tuning_that_is_set_holds_at_once_and_the_period_is_fixed(bench: Bench) -> None:
@@ -97,9 +108,7 @@ def test_tuning_that_is_set_holds_at_once_and_the_period_is_fixed(bench: Bench) 
     )
     assert each.successful
     bench.run_for(6.0, angular=1.0)
-    times = [time for time, _ in bench.maps if time > set_at_s]
-    assert [b - a for a, b in pairwise(times)] == pytest.approx([2.0] * (len(times) - 1))
-    assert len(times) == 3
+    assert bench.steps_between_maps(set_at_s) == pytest.approx([2.0, 2.0])
 
 
 def test_what_it_maps_agrees_with_the_world(bench: Bench) -> None:
@@ -204,3 +213,41 @@ def test_of_many_maps_to_save_at_once_some_are_saved(bench: Bench) -> None:
     assert reports[-1].message == "5 maps were saved within 1 s, which is the limit"
     bench.run_for(1.0)
     assert bench.save().success
+
+
+@pytest.fixture
+def user(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Node, SingleThreadedExecutor]]:
+    """Somebody whom other processes of this machine can see."""
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    context = Context()
+    rclpy.init(context=context)
+    node = Node("user", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    yield node, executor
+    executor.shutdown()
+    node.destroy_node()
+    context.shutdown()
+
+
+@pytest.mark.process
+def test_the_command_serves_until_it_is_interrupted(
+    user: tuple[Node, SingleThreadedExecutor], tmp_path: Path
+) -> None:
+    """It answers that there is no map yet, and leaves with exit code 0."""
+    node, executor = user
+    command = [sys.executable, "-m", "bt_mission", "mapper", "--wall-clock", "--save-as"]
+    with (
+        subprocess.Popen([*command, str(tmp_path / "map")]) as mapper,
+        ExitStack() as last,
+    ):
+        last.callback(mapper.kill)  # a failed assertion must not wait for it
+        saver = node.create_client(Trigger, "save_map")
+        assert saver.wait_for_service(timeout_sec=60.0)
+        answer = saver.call_async(Trigger.Request())
+        executor.spin_until_future_complete(answer, timeout_sec=30.0)
+        result = answer.result()
+        assert result is not None
+        assert (result.success, result.message[:19]) == (False, "there is no map yet")
+        mapper.send_signal(signal.SIGINT)
+        assert mapper.wait(timeout=PATIENCE_S) == 0

@@ -7,24 +7,22 @@ corner of the lower left character is the origin.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from action_servers.core.governor import Governor
-from action_servers.core.maneuver import ZERO, Finished, Grid, Maneuver, Observation, Scan
+from action_servers.core.maneuver import Finished, Grid, Maneuver, Observation, Scan
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel, load_robot
+from tests.support.fake_robot import FakeRobot
 
 CHARACTER_M = 0.2
 CELLS = 4
 RAYS = 180
 RAY_STEP_M = 0.02
-STEP_S = 0.05
-SUBSTEPS = 5
 
 
 @dataclass
@@ -72,39 +70,42 @@ def read_world(text: str) -> World:
     return World(grid, (cells == "#") | (cells == "o"), place("R"), place("G"))
 
 
-@dataclass
-class TinyRobot:
-    """A base without mass that follows its twist within the limits, and a lidar without noise."""
+class TinyRobot(FakeRobot):
+    """A fake robot in a world, with a coarse lidar of 180 rays; it knows the map and its place."""
 
-    model: RobotModel
-    world: World
-    pose: Pose2D
-    twist: Twist2D = ZERO
-    time_s: float = 10.0
-    stuck: bool = False
-    pose_lost: bool = False
-    scan_lost: bool = False
-    collided: bool = False
-    travelled: float = 0.0
-    reversed_m: float = 0.0
-    seen: Observation = field(default_factory=lambda: Observation(0.0))
-    finished: Finished | None = None
-    trace: list[tuple[float, Pose2D, Twist2D]] = field(default_factory=list)
+    def __init__(self, model: RobotModel, world: World, pose: Pose2D) -> None:
+        super().__init__(model)
+        self.seen = Observation(0.0)
+        self.world = world
+        self.pose = pose
+        self.pose_lost = self.scan_lost = self.collided = False
+        self.travelled = self.reversed_m = 0.0
+        self.finished: Finished | None = None
+        self.trace: list[tuple[float, Pose2D, Twist2D]] = []
+
+    @property
+    def pose(self) -> Pose2D:
+        """Where it is on the map, which is its odometry, too."""
+        return Pose2D(self.x, self.y, math.remainder(self.yaw, math.tau))
+
+    @pose.setter
+    def pose(self, pose: Pose2D) -> None:
+        self.x, self.y, self.yaw = pose.x, pose.y, pose.yaw
 
     def observe(self) -> Observation:
-        seen = replace(self.seen, time_s=self.time_s, velocity=self.twist, grid=self.world.grid)
-        if not self.pose_lost:
-            seen = replace(seen, odom=self.pose, odom_stamp_s=self.time_s, map_pose=self.pose)
-        if not self.scan_lost and round(self.time_s / STEP_S) % 2 == 0:
-            seen = replace(seen, scan=self.scan())
-        self.seen = seen
-        return seen
+        now = super().observe()
+        known: dict[str, Any] = {"map_pose": self.pose}
+        known |= {"odom": now.odom, "odom_stamp_s": now.odom_stamp_s}
+        if self.pose_lost:
+            known = {name: getattr(self.seen, name) for name in known}
+        scan = self.seen.scan if self.scan_lost else now.scan
+        self.seen = replace(now, grid=self.world.grid, scan=scan, **known)
+        return self.seen
 
-    def scan(self) -> Scan:
-        lidar, pose = self.model.lidar, self.pose
-        x = pose.x + lidar.x * math.cos(pose.yaw)
-        y = pose.y + lidar.x * math.sin(pose.yaw)
-        angles = pose.yaw + np.arange(RAYS) * math.tau / RAYS
+    def _scanned(self) -> Scan:
+        lidar = self.robot.lidar
+        x, y = self.x + lidar.x * math.cos(self.yaw), self.y + lidar.x * math.sin(self.yaw)
+        angles = self.yaw + np.arange(RAYS) * math.tau / RAYS
         reach = np.arange(lidar.min_range, lidar.max_range, RAY_STEP_M)
         solid = self.world.is_solid(
             x + reach * np.cos(angles)[:, None], y + reach * np.sin(angles)[:, None]
@@ -119,74 +120,51 @@ class TinyRobot:
             ranges.astype(np.float32),
         )
 
-    def move(self, wanted: Twist2D) -> None:
-        seconds = STEP_S / SUBSTEPS
-        for _ in range(SUBSTEPS):
-            linear = _toward(
-                self.twist.linear, wanted.linear, self.model.max_linear_acceleration * seconds
-            )
-            angular = _toward(
-                self.twist.angular, wanted.angular, self.model.max_angular_acceleration * seconds
-            )
-            self.twist = Twist2D(linear, angular)
-            if not self.stuck:
-                yaw = self.pose.yaw + angular * seconds / 2
-                step = linear * seconds
-                self.travelled += abs(step)
-                self.reversed_m += max(0.0, -step)
-                self.pose = Pose2D(
-                    self.pose.x + step * math.cos(yaw),
-                    self.pose.y + step * math.sin(yaw),
-                    math.remainder(self.pose.yaw + angular * seconds, math.tau),
-                )
+    def move(self, twist: Twist2D, duration_s: float = 0.05) -> None:
+        before = self.pose
+        super().move(twist, duration_s)
+        step = math.copysign(self.distance_to(before), self.linear)
+        self.travelled += abs(step)
+        self.reversed_m += max(0.0, -step)
         self.collided = self.collided or self._touches()
-        self.time_s = round(self.time_s + STEP_S, 9)
 
     def _touches(self) -> bool:
-        hull = self.model.hull
-        body_half = self.model.body.size[1] / 2
+        hull = self.robot.hull
+        body_half = self.robot.body.size[1] / 2
         along = np.linspace(hull.rear, hull.front, 12)
         side = np.full_like(along, body_half)
-        wheel = np.array([self.model.drive.wheel_radius, -self.model.drive.wheel_radius])
+        wheel = np.array([self.robot.drive.wheel_radius, -self.robot.drive.wheel_radius])
         x = np.concatenate(
             (along, along, np.full(6, hull.rear), np.full(6, hull.front), wheel, wheel)
         )
         edge = np.linspace(-body_half, body_half, 6)
         reach = np.full(2, hull.half_width)
         y = np.concatenate((side, -side, edge, edge, reach, -reach))
-        cosine, sine = math.cos(self.pose.yaw), math.sin(self.pose.yaw)
-        solid = self.world.is_solid(
-            self.pose.x + cosine * x - sine * y, self.pose.y + sine * x + cosine * y
-        )
+        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+        solid = self.world.is_solid(self.x + cosine * x - sine * y, self.y + sine * x + cosine * y)
         return bool(solid.any())
 
-    def run(
+    def drive(
         self,
         maneuver: Maneuver,
         limit_s: float = 120.0,
         each: Callable[["TinyRobot"], None] = lambda robot: None,
     ) -> Finished | None:
         """Step a maneuver until it ends; None when it has not by `limit_s`."""
-        governor = Governor(self.model)
+        self.governor.begin()
         start_s = self.time_s
-        while self.time_s - start_s < limit_s:
+        while self.time_s - start_s < limit_s and self.finished is None:
             each(self)
-            now = governor.look(self.observe())
-            answer = maneuver.step(now)
+            time_s, pose = self.time_s, self.pose
+            answer = self.step(maneuver.step)
             if isinstance(answer, Finished):
                 self.finished = answer
-                return answer
-            twist = governor.allow(answer, now).twist
-            self.trace.append((self.time_s, self.pose, twist))
-            self.move(twist)
-        return None
+            else:
+                self.trace.append((time_s, pose, self.twists[-1]))
+        return self.finished
 
     def distance_to(self, pose: Pose2D) -> float:
-        return math.hypot(pose.x - self.pose.x, pose.y - self.pose.y)
-
-
-def _toward(value: float, wanted: float, step: float) -> float:
-    return value + min(step, max(-step, wanted - value))
+        return math.hypot(pose.x - self.x, pose.y - self.y)
 
 
 @pytest.fixture(scope="session")

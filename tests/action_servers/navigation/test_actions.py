@@ -4,10 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
-from action_servers.core.maneuver import Grid, Observation, Refusal, Scan
+from action_servers.core.maneuver import Grid, Refusal
 from action_servers.navigation import navigate, waypoints
 from action_servers.navigation.actions import (
     MOST_POSES,
@@ -17,25 +16,22 @@ from action_servers.navigation.actions import (
 )
 from action_servers.robot_io.messages import fill
 from bt_mission.core.geometry import Pose2D
+from tests.support.fake_robot import in_the_open
+from tests.support.robot_node import pose
 
-GRID = Grid(0.05, -2.0, -2.0, np.zeros((80, 80), dtype=np.int8))
-SCAN = Scan(10.0, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, np.inf, dtype=np.float32))
-READY = Observation(
+FACING_UP = Pose2D(1.0, 1.0, math.pi / 2)
+READY = in_the_open(
     10.0,
     odom=Pose2D(0.5, 0.0, 0.0),
-    odom_stamp_s=10.0,
-    scan=SCAN,
-    map_pose=Pose2D(1.0, 1.0, math.pi / 2),
-    grid=GRID,
+    map_pose=FACING_UP,
+    grid=Grid(0.05, -2.0, -2.0, np.zeros((80, 80), dtype=np.int8)),
 )
 
 
 def stamped(x=0.0, y=0.0, yaw=0.0, frame="map"):
     """A pose message."""
-    message = PoseStamped()
+    message = pose(x, y, math.degrees(yaw))
     message.header.frame_id = frame
-    message.pose.position.x, message.pose.position.y = x, y
-    message.pose.orientation.z, message.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
     return message
 
 
@@ -44,30 +40,23 @@ def to_pose(**fields):
     return NavigateToPose.Goal(pose=stamped(**fields))
 
 
-def goal_of(maneuver):
-    """Where a maneuver drives to: x, y and yaw on the map."""
-    assert isinstance(maneuver, navigate.NavigateToPose)
-    return maneuver._goal.x, maneuver._goal.y, maneuver._goal.yaw
-
-
-@pytest.mark.parametrize("frame", ["map", ""])
-def test_a_goal_on_the_map_becomes_a_maneuver(waffle, frame):
-    """No frame means the map."""
-    planned = plan_navigate_to_pose(to_pose(x=1.5, y=0.5, yaw=2.0, frame=frame), READY, waffle)
-    assert goal_of(planned) == pytest.approx((1.5, 0.5, 2.0))
-
-
-def test_a_goal_in_odom_is_moved_to_the_map(waffle):
+@pytest.mark.parametrize(
+    ("fields", "expected"),
+    [
+        ({"x": 1.5, "y": 0.5, "yaw": 2.0}, (1.5, 0.5, 2.0)),
+        ({"x": 1.5, "y": 0.5, "yaw": 2.0, "frame": ""}, (1.5, 0.5, 2.0)),
+        ({"x": 1.5, "frame": "odom"}, (1.0, 2.0, math.pi / 2)),
+        ({"x": 1.0, "yaw": 0.5, "frame": "base_link"}, (1.0, 2.0, math.pi / 2 + 0.5)),
+    ],
+    ids=["map", "no frame means the map", "odom", "a frame of the robot"],
+)
+def test_a_goal_is_moved_to_the_map(waffle, fields, expected):
     """One metre ahead of a robot that faces up is one metre up."""
-    planned = plan_navigate_to_pose(to_pose(x=1.5, frame="odom"), READY, waffle)
-    assert goal_of(planned) == pytest.approx((1.0, 2.0, math.pi / 2))
-
-
-def test_a_goal_in_a_frame_of_the_robot_is_relative_to_it(waffle):
-    """One metre ahead of the robot, wherever the frame has its place."""
-    ready = replace(READY, frame_on_map={"base_link": Pose2D(1.0, 1.0, math.pi / 2)}.__getitem__)
-    planned = plan_navigate_to_pose(to_pose(x=1.0, yaw=0.5, frame="base_link"), ready, waffle)
-    assert goal_of(planned) == pytest.approx((1.0, 2.0, math.pi / 2 + 0.5))
+    ready = replace(READY, frame_on_map={"base_link": FACING_UP}.__getitem__)
+    planned = plan_navigate_to_pose(to_pose(**fields), ready, waffle)
+    assert isinstance(planned, navigate.NavigateToPose)
+    goal = planned._goal
+    assert (goal.x, goal.y, goal.yaw) == pytest.approx(expected)
 
 
 def test_a_frame_whose_place_is_not_known_is_refused(waffle):
@@ -119,20 +108,24 @@ def test_a_tour_becomes_a_maneuver(waffle):
     assert (planned._index, planned._loops_left) == (1, 3)
 
 
-def test_a_bad_pose_of_a_tour_is_named_by_its_index(waffle):
-    """One fault is enough to refuse it."""
-    goal = FollowWaypoints.Goal(poses=[stamped(), stamped(frame="base_link")])
-    assert plan_follow_waypoints(goal, READY, waffle) == Refusal(
-        "poses[1].header.frame_id must be one of map, odom, got 'base_link'"
-    )
-
-
-def test_a_tour_cannot_begin_behind_its_end(waffle):
-    """The valid range is in the reason."""
-    goal = FollowWaypoints.Goal(goal_index=2, poses=[stamped(), stamped()])
-    assert plan_follow_waypoints(goal, READY, waffle) == Refusal(
-        "goal_index must be from 0 to 1, got 2"
-    )
+@pytest.mark.parametrize(
+    ("fields", "reason"),
+    [
+        (
+            {"poses": [stamped(), stamped(frame="base_link")]},
+            "poses[1].header.frame_id must be one of map, odom, got 'base_link'",
+        ),
+        (
+            {"goal_index": 2, "poses": [stamped(), stamped()]},
+            "goal_index must be from 0 to 1, got 2",
+        ),
+    ],
+    ids=["a bad pose is named by its index", "it cannot begin behind its end"],
+)
+def test_a_tour_that_cannot_be_is_refused(waffle, fields, reason):
+    """One fault is enough; the valid range is in the reason."""
+    goal = FollowWaypoints.Goal(**fields)
+    assert plan_follow_waypoints(goal, READY, waffle) == Refusal(reason)
 
 
 def test_an_empty_tour_is_accepted_and_then_aborted(waffle):
@@ -151,7 +144,11 @@ def test_feedback_and_result_fill_nav2s_messages(waffle):
     stamp = NavigateToPose.Feedback().current_pose.header.stamp
     reported = fill(NavigateToPose.Feedback(), planned.feedback() or {}, lambda: stamp)
     assert reported.current_pose.pose.position.x == 1.0
-    assert reported.current_pose.header.frame_id == "map"
+    assert reported.current_pose.pose.orientation.z == pytest.approx(math.sqrt(0.5))
+    assert (reported.current_pose.header.frame_id, reported.current_pose.header.stamp) == (
+        "map",
+        stamp,
+    )
     assert reported.distance_remaining == pytest.approx(math.hypot(0.5, 1.0), abs=0.01)
 
     in_wall = FollowWaypoints.Goal(poses=[stamped(9.0)])

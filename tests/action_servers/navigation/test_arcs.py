@@ -26,6 +26,7 @@ from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.path import cost_model
 from action_servers.navigation.planner import road_map
 from action_servers.navigation.reeds_shepp import Pieces, curves
+from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import load_robot
 
@@ -175,13 +176,17 @@ def test_a_car_drives_its_way_to_the_goal(world: Any, robot_in: Any) -> None:
     place = world(CORNER)
     goal = dataclasses.replace(place.goal, yaw=math.radians(90.0))
     robot = robot_in(place, model=CAR)
-    maneuver = NavigateToPose(goal, CAR)
-    assert robot.run(maneuver, 120.0) == SUCCEEDED
+    paths: list[Any] = []
+    maneuver = NavigateToPose(goal, CAR, Surroundings(CAR, on_path=paths.append))
+    assert robot.drive(maneuver, 120.0) == SUCCEEDED
     assert not robot.collided
     assert robot.distance_to(goal) < 0.1
     assert abs(math.remainder(robot.pose.yaw - goal.yaw, math.tau)) < 0.05
     assert robot.reversed_m > 0.5
     assert robot.travelled < 6.0
     assert maneuver.recoveries == 0
+    arcs = paths[1]
+    assert arcs[0] == pytest.approx((place.start.x, place.start.y))
+    assert arcs[-1] == pytest.approx((goal.x, goal.y), abs=0.1)
     bends = [abs(t.angular) - SHARPEST * abs(t.linear) for _, _, t in robot.trace]
     assert max(bends) < 1e-9

@@ -5,31 +5,20 @@ import pytest
 
 from action_servers.core.drive_limits import limits
 from action_servers.core.grid import survey
+from action_servers.core.maneuver import Grid
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.path import Path, cost_model, path_through, smooth
 from bt_mission.core.geometry import Pose2D, Twist2D
 
-EMPTY = """
-    ####################
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    #..................#
-    ####################
-"""
 STRAIGHT = path_through(np.column_stack((np.linspace(0.6, 3.0, 49), np.full(49, 1.1))))
 
 
 @pytest.fixture
-def room(world):
+def room():
     """A room of 3.6 x 2 m without anything in it."""
-    return survey(world(EMPTY).grid)
+    cells = np.full((48, 80), 100, dtype=np.int8)
+    cells[4:-4, 4:-4] = 0
+    return survey(Grid(0.05, 0.0, 0.0, cells))
 
 
 @pytest.fixture
@@ -51,9 +40,7 @@ def steer(follower, pose, room, *, speed=0.2, limit=math.inf):
 
 def test_on_a_straight_path_it_drives_ahead_at_full_speed(follow, room):
     """In the middle of the room, 0.26 m/s."""
-    wanted = steer(follow(STRAIGHT), Pose2D(1.0, 1.1, 0.0), room)
-    assert wanted.linear == 0.26
-    assert wanted.angular == pytest.approx(0.0)
+    assert steer(follow(STRAIGHT), Pose2D(1.0, 1.1, 0.0), room) == Twist2D(0.26, 0.0)
 
 
 def test_beside_the_path_it_steers_back(follow, room):
@@ -97,9 +84,8 @@ def test_it_slows_down_in_bends(follow, room):
     """By the curvature of the arc that it drives."""
     bend = smooth(np.array([[0.6, 1.1], [1.5, 1.1], [1.5, 1.7]]), room, cost_model(0.2377))
     follower = follow(bend)
-    steer(follower, Pose2D(0.6, 1.1, 0.0), room)
-    steer(follower, Pose2D(1.1, 1.1, 0.0), room)
-    wanted = steer(follower, Pose2D(1.4, 1.13, 0.4), room)
+    for pose in ((0.6, 1.1, 0.0), (1.1, 1.1, 0.0), (1.4, 1.13, 0.4)):
+        wanted = steer(follower, Pose2D(*pose), room)
     assert 0.05 < wanted.linear < 0.24
     assert wanted.angular > 0.3
 
@@ -107,8 +93,6 @@ def test_it_slows_down_in_bends(follow, room):
 def test_at_the_end_it_turns_to_the_goals_yaw_and_is_done(follow, room):
     """Within 0.02 rad."""
     follower = follow(STRAIGHT, yaw=1.0)
-    steer(follower, Pose2D(2.6, 1.1, 0.0), room)
-    assert follower.remaining == pytest.approx(0.6 + 1.2)
     for x in (0.6, 1.1, 1.6, 2.1, 2.6):
         steer(follower, Pose2D(x, 1.1, 0.0), room)
     assert steer(follower, Pose2D(2.995, 1.1, 0.0), room).linear == 0.0

@@ -15,19 +15,50 @@ from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 
 from action_servers.core.error_codes import ErrorCode
-from action_servers.robot_io.command_types import COMMAND_TYPES
+from action_servers.robot_io.command_types import COMMAND_TYPES, PLAIN, STAMPED, Listeners
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.robot.model import load_robot
 from tests.support.rig import Rig
+from tests.support.robot_node import BEST_EFFORT, PERIOD_NS, START_NS
 
-START_NS = 10_000_000_000
-PERIOD_NS = 50_000_000
-BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+STRING = "std_msgs/msg/String"
+
+
+@pytest.mark.parametrize(
+    ("settled", "looks"),
+    [
+        ("auto", [([STAMPED, STAMPED], None)]),
+        ("auto", [([PLAIN], None)]),
+        ("auto", [([], "/cmd_vel has no subscriber; is the robot's bringup running?")]),
+        ("auto", [([PLAIN, STAMPED], "both TwistStamped and Twist are listened for on /cmd_vel")]),
+        ("auto", [([STRING], f"/cmd_vel must be TwistStamped or Twist, but {STRING} is listened")]),
+        (
+            "auto",
+            [
+                ([STAMPED], None),
+                ([PLAIN], "/cmd_vel is subscribed as Twist, but TwistStamped is sent"),
+                ([STAMPED], None),
+            ],
+        ),
+        (
+            "plain",
+            [([STAMPED], "/cmd_vel is subscribed as TwistStamped, but Twist is"), ([PLAIN], None)],
+        ),
+    ],
+    ids=["stamped", "plain", "nobody", "both", "another type", "changes later", "settled"],
+)
+def test_the_type_is_the_one_that_is_listened_for(settled, looks):
+    """The first that is found stays; what does not fit it is a fault, until it does."""
+    listeners = Listeners("/cmd_vel", *([settled] if settled != "auto" else []))
+    fitting = [types[0] for types, reason in looks if reason is None]
+    for types, reason in looks:
+        result = listeners.look(types)
+        assert (result is None) if reason is None else str(result).startswith(reason)
+    assert listeners.type == (fitting[0] if fitting else None)
 
 
 class Driver:

@@ -15,21 +15,15 @@ from bt_mission.core.geometry import Pose2D
 
 
 def message(*links: tuple[str, str, float, float, float], roll: float = 0.0) -> bytes:
-    """A message of transforms: parent, child, x, y, yaw."""
+    """A message of transforms: parent, child, x, y, yaw; the yaw is 0 where there is a roll."""
     made = TFMessage()
     for parent, child, x, y, yaw in links:
         stamped = TransformStamped()
         stamped.header.frame_id, stamped.child_frame_id = parent, child
-        stamped.transform.translation.x, stamped.transform.translation.y = x, y
-        stamped.transform.rotation.z, stamped.transform.rotation.w = (
-            math.sin(yaw / 2),
-            math.cos(yaw / 2),
-        )
-        if roll:
-            stamped.transform.rotation.x, stamped.transform.rotation.w = (
-                math.sin(roll / 2),
-                math.cos(roll / 2),
-            )
+        moved = stamped.transform
+        moved.translation.x, moved.translation.y = x, y
+        moved.rotation.x, moved.rotation.z = math.sin(roll / 2), math.sin(yaw / 2)
+        moved.rotation.w = math.cos((roll or yaw) / 2)
         made.transforms.append(stamped)
     return bytes(serialize_message(made))
 

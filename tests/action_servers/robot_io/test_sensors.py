@@ -30,22 +30,23 @@ def transform(parent: str, child: str, x: float) -> TransformStamped:
     return message
 
 
+@pytest.fixture
 def sensors(bench: Any) -> Any:
-    """The sensors of the servers."""
+    """The sensors of the servers, which have heard of the robot."""
     return bench.servers._sensors
 
 
 def test_nothing_is_known_of_a_silent_robot(silent_bench):
     """All fields are None, apart from the time."""
-    now = sensors(silent_bench).observe(on_map=True)
+    now = silent_bench.servers._sensors.observe(on_map=True)
     assert now.time_s == pytest.approx(10.1)
     known = (now.odom, now.velocity, now.scan, now.map_pose, now.image)
     assert known == (None,) * 5
 
 
-def test_the_newest_of_each_topic_is_known(bench):
+def test_the_newest_of_each_topic_is_known(sensors):
     """Stamped with the instant at which it was sent."""
-    now = sensors(bench).observe(on_map=True)
+    now = sensors.observe(on_map=True)
     assert now.time_s == now.odom_stamp_s
     assert now.odom == Pose2D(0.0, 0.0, 0.0)
     assert now.scan is not None
@@ -54,28 +55,28 @@ def test_the_newest_of_each_topic_is_known(bench):
     assert now.grid.cells.shape == (120, 120)
 
 
-def test_the_same_object_until_there_is_a_newer_message(bench):
+def test_the_same_object_until_there_is_a_newer_message(bench, sensors):
     """So that a maneuver can tell whether a scan is new."""
-    first = sensors(bench).observe(on_map=True)
-    again = sensors(bench).observe(on_map=True)
+    first = sensors.observe(on_map=True)
+    again = sensors.observe(on_map=True)
     assert first.scan is again.scan
     assert first.grid is again.grid
     bench.steps(1)
-    assert sensors(bench).observe().scan is not first.scan
+    assert sensors.observe().scan is not first.scan
 
 
-def test_the_map_is_left_out_unless_it_is_wanted(bench):
+def test_the_map_is_left_out_unless_it_is_wanted(sensors):
     """Transforms cost as much as odometry, and only navigation needs them."""
-    now = sensors(bench).observe()
+    now = sensors.observe()
     assert (now.map_pose, now.grid) == (None, None)
-    with sensors(bench).localization():
-        assert sensors(bench).observe().map_pose is not None
-    assert sensors(bench).observe().map_pose is None
+    with sensors.localization():
+        assert sensors.observe().map_pose is not None
+    assert sensors.observe().map_pose is None
 
 
-def test_the_pose_on_the_map_is_that_of_odometry_moved(bench):
+def test_the_pose_on_the_map_is_that_of_odometry_moved(sensors):
     """The newest transform from the map to the odometry frame counts, in whatever message."""
-    take = sensors(bench)._frames.moving.append
+    take = sensors._frames.moving.append
     for transforms in (
         [transform("map", "odom", 1.0)],
         [transform("odom", "base_footprint", 9.0), transform("map", "odom", 2.0)],
@@ -83,27 +84,27 @@ def test_the_pose_on_the_map_is_that_of_odometry_moved(bench):
         [transform("world", "odom", 8.0), transform("map", "somewhere", 7.0)],
     ):
         take(serialize_message(TFMessage(transforms=transforms)))
-    assert sensors(bench).observe(on_map=True).map_pose == Pose2D(2.0, 0.0, 0.0)
+    assert sensors.observe(on_map=True).map_pose == Pose2D(2.0, 0.0, 0.0)
     # It stays known when only others come.
     take(serialize_message(TFMessage(transforms=[transform("odom", "base_footprint", 9.0)])))
-    assert sensors(bench).observe(on_map=True).map_pose == Pose2D(2.0, 0.0, 0.0)
+    assert sensors.observe(on_map=True).map_pose == Pose2D(2.0, 0.0, 0.0)
 
 
-def test_the_camera_is_listened_to_only_while_it_is_on(bench):
+def test_the_camera_is_listened_to_only_while_it_is_on(bench, sensors):
     """A simulator renders only then; what was seen before is forgotten."""
-    camera = sensors(bench).camera.user()
+    camera = sensors.camera.user()
     images = bench.robot.camera
     assert images.get_subscription_count() == 0
     camera.on()
     camera.on()
     bench.steps(2)
     assert images.get_subscription_count() == 1
-    assert sensors(bench).observe().image is not None
+    assert sensors.observe().image is not None
     camera.off()
     camera.off()
     bench.steps(1)
     assert images.get_subscription_count() == 0
-    assert sensors(bench).observe().image is None
+    assert sensors.observe().image is None
 
 
 def test_a_message_is_translated_when_it_is_looked_at():
@@ -134,10 +135,10 @@ def test_a_message_that_cannot_be_translated_raises_once():
     assert latest.value() is None
 
 
-def test_a_map_of_the_wrong_length_is_passed_over(bench):
+def test_a_map_of_the_wrong_length_is_passed_over(sensors):
     """Whoever has sent it; the next one counts again."""
-    sensors(bench)._grid.take(b"\0\1\0\0\5")
-    assert sensors(bench).observe(on_map=True).grid is None
+    sensors._grid.take(b"\0\1\0\0\5")
+    assert sensors.observe(on_map=True).grid is None
 
 
 def test_a_robot_in_a_namespace(tmp_path, waffle, context):
@@ -160,21 +161,21 @@ GARBAGE = (b"", b"\x00", b"\x00\x01\x00\x00", b"\x00\x01\x00\x00" + b"\xff" * 40
     ("topic", "kind"),
     [("scan", LaserScan), ("odom", Odometry), ("tf", TFMessage), ("map", OccupancyGrid)],
 )
-def test_bytes_of_another_type_are_passed_over(bench, topic, kind):
+def test_bytes_of_another_type_are_passed_over(bench, topic, kind, sensors):
     """Another participant may send anything; what was known before stays."""
-    before = sensors(bench).observe(on_map=True)
+    before = sensors.observe(on_map=True)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     publisher = bench.clients[0].create_publisher(kind, topic, latched)
     for data in GARBAGE:
         publisher.publish(data)
         bench.clock.run_until_quiet()
-        now = sensors(bench).observe(on_map=True)
+        now = sensors.observe(on_map=True)
         assert (now.odom, now.map_pose) == (before.odom, before.map_pose)
         assert (now.scan, now.grid) == (before.scan, before.grid)
         assert isinstance(now.frame_on_map("camera"), Refusal)
 
 
-def test_a_message_beyond_the_limit_is_not_kept(bench):
+def test_a_message_beyond_the_limit_is_not_kept(bench, sensors):
     """Two hundred messages of transforms are, of any sender."""
     publisher = bench.clients[0].create_publisher(TFMessage, "tf", 100)
     for name, size in (("small", 100), ("large", LARGEST_STATE)):
@@ -182,6 +183,6 @@ def test_a_message_beyond_the_limit_is_not_kept(bench):
         filler = transform("map", "x" * size, 0.0)
         publisher.publish(TFMessage(transforms=[moved, filler]))
     bench.clock.run_until_quiet()
-    find = sensors(bench).observe(on_map=True).frame_on_map
+    find = sensors.observe(on_map=True).frame_on_map
     assert find("small") == Pose2D(1.0, 0.0, 0.0)
     assert isinstance(find("large"), Refusal)

@@ -1,7 +1,8 @@
-"""Declarations of actions: what is read from the source, and what is true of their types."""
+"""Declarations of actions: what is read from the source, true of their types, and loaded."""
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from dataclasses import fields
@@ -62,6 +63,12 @@ def test_a_goal_of_each_type_can_be_checked(name):
     assert result.misfit(goal, WITH_ARM) is None or result.misfit(goal, load_robot("waffle"))
 
 
+def printed(code: str) -> str:
+    """What a program prints."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
 def test_names_are_read_without_ros_and_numpy():
     """The mission language imports nothing of the servers."""
     code = (
@@ -71,5 +78,42 @@ def test_names_are_read_without_ros_and_numpy():
         "heavy = {'rclpy', 'mujoco', 'numpy', 'scipy', 'cv2', 'action_servers'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert printed(code) == "[]"
+
+
+HEAVY = {"scipy", "cv2", "PIL"}
+PROGRAM = """\
+import json
+from pathlib import Path
+import rclpy
+from rclpy.context import Context
+from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.dds.discovery import isolate
+from bt_mission.core.robot.model import load_robot
+
+isolate(visible=False)
+context = Context()
+rclpy.init(context=context)
+options = ServerOptions(
+    image_folder=Path("images"), lean=True, context=context, at_first=("turn", "wait")
+)
+node = ServersNode(load_robot("waffle"), options)
+few = [*node.actions], [*sys.modules]
+node.offer_all()
+every = [*node.actions], [*sys.modules]
+node.destroy_node()
+context.shutdown()
+print(json.dumps([few, every]))
+"""
+
+
+@pytest.mark.process
+def test_libraries_come_with_the_actions_that_need_them() -> None:
+    """A process that serves all of them has loaded everything before the first goal."""
+    output = printed(f"import sys; sys.path[:0] = {sys.path!r}\n{PROGRAM}")
+    (few, at_first), (every, at_last) = json.loads(output)
+    assert set(few) == {"/turn", "/wait"}
+    assert HEAVY.isdisjoint(at_first)
+    assert {"/navigate_to_pose", "/explore_frontiers", "/camera_sweep", "/find_colour"} < set(every)
+    assert set(at_last) > HEAVY
+    assert {"scipy.ndimage", "action_servers.navigation.actions"} < set(at_last)
