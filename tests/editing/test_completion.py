@@ -52,8 +52,8 @@ PARTS = re.split(r"\|\d+", TEXT)
 @pytest.mark.parametrize("number", EXPECTED)
 def test_words_fit_their_place(number: int) -> None:
     """Keys, options, names of the mission and of what is installed."""
-    found = completion("".join(PARTS), len("".join(PARTS[:number])))
-    options = [option.label for option in found.options]
+    proposed = completion("".join(PARTS), len("".join(PARTS[:number])))
+    options = [option.label for option in proposed.options]
     assert options[: len(EXPECTED[number])] == EXPECTED[number]
 
 

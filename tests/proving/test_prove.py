@@ -181,7 +181,7 @@ def test_a_server_that_is_never_late_meets_no_limit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tree", "found"),
+    ("tree", "finding"),
     [
         ("  turn: {angle: 90}", ("ends", "turn")),
         ("  repeat: {until: 1 > 2}\n  do: {wait: 1}", ("ends", "")),
@@ -189,9 +189,9 @@ def test_a_server_that_is_never_late_meets_no_limit() -> None:
     ],
     ids=["a goal without a limit", "a loop without an end", "a dead node"],
 )
-def test_what_no_answer_ends_or_reaches_is_found(tree: str, found: tuple[str, str]) -> None:
+def test_what_no_answer_ends_or_reaches_is_found(tree: str, finding: tuple[str, str]) -> None:
     """It is the only finding."""
-    assert collected(proof_of(tree)) == [found]
+    assert collected(proof_of(tree)) == [finding]
 
 
 def test_a_node_that_needs_more_faults_is_named_and_is_no_finding() -> None:

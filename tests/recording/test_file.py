@@ -49,14 +49,14 @@ def written(path: Path, seconds: int) -> McapFile:
 def chunked(tmp_path: Path) -> McapFile:
     """A file with two chunks, an attachment and metadata."""
     file = McapFile(tmp_path / "a.mcap", "test")
-    one = file.channel("/one", "std_msgs/msg/String", "string data\n", {"a": "b"})
-    file.write(10, [(one, b"x")])
-    file.write(30, [(one, b"yy")])
+    first = file.channel("/one", "std_msgs/msg/String", "string data\n", {"a": "b"})
+    file.write(10, [(first, b"x")])
+    file.write(30, [(first, b"yy")])
     file.flush()
     file.attach("m.yaml", "text/plain", b"mission: m\n", 35)
-    two = file.channel("/two", "std_msgs/msg/String", "string data\n", {})
-    file.write(40, [(one, b"z")])
-    file.write(20, [(two, b"")])
+    second = file.channel("/two", "std_msgs/msg/String", "string data\n", {})
+    file.write(40, [(first, b"z")])
+    file.write(20, [(second, b"")])
     file.note("about", {"seed": "7"})
     file.close()
     return file

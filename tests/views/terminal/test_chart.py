@@ -33,17 +33,17 @@ def drawn(
     return [text_of(row) for row in MapChart(marks).draw(robot, targets, columns, rows)]
 
 
-def robot_of(*told: Robot) -> RobotState:
-    """A robot that has told this of itself."""
+def robot_of(*messages: Robot) -> RobotState:
+    """A robot that has sent these messages."""
     robot = RobotState()
-    for message in told:
+    for message in messages:
         robot.take(message)
     return robot
 
 
-def placed(x: float, y: float, yaw: float, *told: Robot) -> RobotState:
-    """A robot in the room, which has told this, too."""
-    return robot_of(room(), (FrameTransform("map", "base_link", x, y, yaw),), *told)
+def placed(x: float, y: float, yaw: float, *messages: Robot) -> RobotState:
+    """A robot in the room that has sent these messages, too."""
+    return robot_of(room(), (FrameTransform("map", "base_link", x, y, yaw),), *messages)
 
 
 def test_walls_robot_and_waypoints():
