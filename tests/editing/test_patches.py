@@ -153,6 +153,17 @@ def test_500_acts_change_the_lines_meant() -> None:
     assert refused < 200, (refused, done)
 
 
+@pytest.mark.parametrize(
+    ("slot", "items"),
+    [(1, "[{wait: 1}, {log: b}, {wait: 2}]"), (2, "[{wait: 1}, {wait: 2}, {log: b}]")],
+)
+def test_a_node_is_added_between_brackets_at_its_place(slot: int, items: str) -> None:
+    """Before another item, or behind the last one."""
+    text = "tree:\n  sequence: [{wait: 1}, {wait: 2}]\n"
+    after = applied(text, patches.add(text, ("tree", "sequence", slot), "log: b"))
+    assert after == f"tree:\n  sequence: {items}\n"
+
+
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)
 def test_a_valid_act_on_a_shipped_mission_gives_a_valid_mission(path: Path) -> None:
     """Every node may be wrapped, and unwrapped again: the text is the same as before."""
