@@ -52,16 +52,6 @@ def applied(text: str, edits: Edits) -> str:
     return "".join((*parts, text[at:]))
 
 
-def inverse(text: str, edits: Edits) -> Edits:
-    """Return the edits that undo edits of a text."""
-    undone, shift = [], 0
-    for edit in edits:
-        start = edit.start + shift
-        undone.append(Edit(start, start + len(edit.text), text[edit.start : edit.end]))
-        shift += len(edit.text) - (edit.end - edit.start)
-    return tuple(undone)
-
-
 def dotted(path: Path) -> str:
     """Return a path as people read it."""
     return ".".join(map(str, path)) or "the mission"

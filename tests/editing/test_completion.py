@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from bt_mission.editing.completion import completion, definition, hover
@@ -43,26 +45,21 @@ EXPECTED = {
 }
 
 
-def _at(number: int) -> tuple[str, int]:
-    """Return the text without marks, and the offset of one."""
-    offset, text = 0, TEXT
-    for mark in range(11, 0, -1):
-        place = text.index(f"|{mark}")
-        text = text[:place] + text[place + 1 + len(str(mark)) :]
-        offset = place if mark == number else offset - (0 if offset < place else 1 + len(str(mark)))
-    return text, offset
+PARTS = re.split(r"\|\d+", TEXT)
+"""The text between its marks, which are numbered in their order."""
 
 
 @pytest.mark.parametrize("number", EXPECTED)
 def test_words_fit_their_place(number: int) -> None:
     """Keys, options, names of the mission and of what is installed."""
-    options = [option.label for option in completion(*_at(number)).options]
+    proposed = completion("".join(PARTS), len("".join(PARTS[:number])))
+    options = [option.label for option in proposed.options]
     assert options[: len(EXPECTED[number])] == EXPECTED[number]
 
 
 def test_hover_says_unit_range_and_meaning() -> None:
     """They are those that the servers declare."""
-    text, _ = _at(1)
+    text = "".join(PARTS)
     word = hover(text, text.index("fwd_velocity") + 3)
     assert word is not None
     assert word.detail == "from 0.01 to 0.26 m/s"

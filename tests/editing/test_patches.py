@@ -12,7 +12,7 @@ import pytest
 from bt_mission.core.yaml.document import read_text
 from bt_mission.editing import patches
 from bt_mission.editing.plan import plan_of
-from bt_mission.editing.source import Edits, PatchError, applied, inverse
+from bt_mission.editing.source import Edits, PatchError, applied
 from bt_mission.editing.spans import Path as KeyPath
 from bt_mission.editing.spans import Span, read_spans
 from bt_mission.editing.world_patches import add_thing, move_thing
@@ -126,15 +126,14 @@ def _is_about_the_node(
     return True
 
 
-def test_500_acts_change_the_lines_meant_and_are_undone_byte_for_byte() -> None:
-    """Each patch is small, keeps every comment that stays, and its inverse restores the text."""
+def test_500_acts_change_the_lines_meant() -> None:
+    """Each patch is small, keeps every comment that stays, and has its edits in order."""
     draw = random.Random(17)
     done: Counter[str] = Counter()
     refused = 0
     while done.total() < 500:
-        first = text = draw.choice(TEXTS)
-        is_shipped = first not in (FLOW, SHORT)
-        undo: list[Edits] = []
+        text = draw.choice(TEXTS)
+        is_shipped = text not in (FLOW, SHORT)
         for _ in range(10):
             if not _below_root(text):
                 break
@@ -144,19 +143,25 @@ def test_500_acts_change_the_lines_meant_and_are_undone_byte_for_byte() -> None:
             except PatchError:
                 refused += 1
                 continue
-            after = applied(text, edits)
-            assert _is_about_the_node(kind, _lines(text), _lines(after), is_shipped=is_shipped), (
-                text,
-                after,
-            )
-            undo.append(inverse(text, edits))
+            places = [0, *(at for edit in edits for at in (edit.start, edit.end)), len(text)]
+            assert places == sorted(places)
+            after, context = applied(text, edits), (kind, _lines(text))
+            assert _is_about_the_node(*context, _lines(after), is_shipped=is_shipped), (text, after)
             text = after
             done[kind] += 1
-        for edits in reversed(undo):
-            text = applied(text, edits)
-        assert text == first
     assert min(done.values()) >= 10, done
     assert refused < 200, (refused, done)
+
+
+@pytest.mark.parametrize(
+    ("slot", "items"),
+    [(1, "[{wait: 1}, {log: b}, {wait: 2}]"), (2, "[{wait: 1}, {wait: 2}, {log: b}]")],
+)
+def test_a_node_is_added_between_brackets_at_its_place(slot: int, items: str) -> None:
+    """Before another item, or behind the last one."""
+    text = "tree:\n  sequence: [{wait: 1}, {wait: 2}]\n"
+    after = applied(text, patches.add(text, ("tree", "sequence", slot), "log: b"))
+    assert after == f"tree:\n  sequence: {items}\n"
 
 
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)

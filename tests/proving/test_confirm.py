@@ -9,7 +9,7 @@ import pytest
 from bt_mission.core.yaml.document import read
 from bt_mission.proving.answers import parse_answers
 from bt_mission.proving.confirm import confirmed
-from bt_mission.proving.proof import Finding, ProofOptions, prove
+from bt_mission.proving.proof import USUAL_FAULTS, Finding, ProofOptions, prove
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.load import load
 
@@ -17,17 +17,20 @@ TURN = "{turn: {angle: 90}, timeout: 9}"
 MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
 
 
-def run_all(folder: Path, tree: str, head: str = "", **options: object) -> list[Finding]:
+def run_all(
+    folder: Path, tree: str, head: str = "", faults: int = USUAL_FAULTS, answers: str = "usual"
+) -> list[Finding]:
     """Prove a mission and run its findings."""
     path = folder / "m.yaml"
     path.write_text(f"mission: m\n{head}tree:\n{tree}\n", encoding="utf-8")
-    chosen, mission = ProofOptions(**options), load(path)  # type: ignore[arg-type]
+    chosen, mission = ProofOptions(faults, parse_answers(answers)), load(path)
     return list(confirmed(prove(mission, chosen).findings, mission, chosen, folder))
 
 
 def scenario_of(finding: Finding) -> dict[str, object]:
-    """Return the content of the scenario of a finding."""
+    """Return the content of the scenario of a finding, whose run has confirmed it."""
     assert finding.stage is not None
+    assert finding.stage.is_confirmed, finding.stage
     data: dict[str, object] = read(finding.stage.scenario).data
     return data
 
@@ -79,8 +82,6 @@ def test_two_goals_at_a_part_are_seen(
     """Both goals are accepted and stay open."""
     tree = "  parallel:\n" + "".join(f"    - {goal}\n" for goal in goals)
     (finding,) = run_all(tmp_path, tree, "robot: waffle_arm\n", faults=0)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
     data = scenario_of(finding)
     assert data["servers"] == servers
     assert data["requirements"] == {f"one goal at the {part}": f"never goals_at_{part} > 1"}
@@ -90,15 +91,13 @@ def test_a_refused_cancel_is_scripted_with_the_times_of_the_way(tmp_path: Path) 
     """The first goal ends at 9.1 s by its limit; the server refuses the cancel."""
     tree = f"  sequence:\n    - fallback:\n        - {TURN}\n        - log: late\n    - {MOVE}"
     finding = run_all(tmp_path, tree)[0]
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
     data = scenario_of(finding)
     assert data["servers"] == {
         "turn": [{"cancel": "refuse", "end": "never"}],
         "move": [{"end": "never"}],
     }
     assert data["limit"] == pytest.approx(19.2)
-    result = run_scenario(finding.stage.scenario)
+    result = run_scenario(tmp_path / "m_one_goal_at_the_base.scenario.yaml")
     (requirement,) = result.report.requirements
     assert requirement.verdict == "violated"
     assert requirement.at == pytest.approx(9.15)
@@ -107,8 +106,6 @@ def test_a_refused_cancel_is_scripted_with_the_times_of_the_way(tmp_path: Path) 
 def test_a_goal_without_a_limit_waits_for_ever(tmp_path: Path) -> None:
     """The run is interrupted 100 s behind the end of the way."""
     (finding,) = run_all(tmp_path, "  turn: {angle: 90}")
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
     data = scenario_of(finding)
     assert data["servers"] == {"turn": [{"end": "never"}]}
     assert data["expect"] == {"outcome": "any", "orphaned_goals": "any", "before": data["limit"]}
@@ -119,8 +116,7 @@ def test_a_loop_without_an_end_is_seen(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr("bt_mission.proving.confirm.LONGEST_S", 20.0)
     tree = f"  repeat: {{until: 1 > 2}}\n  do: {TURN}"
     (finding,) = run_all(tmp_path, tree)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
+    assert scenario_of(finding)["mission"] == "m.yaml"
 
 
 def test_a_server_that_is_lost_is_killed_by_a_fault(tmp_path: Path) -> None:
@@ -129,10 +125,8 @@ def test_a_server_that_is_lost_is_killed_by_a_fault(tmp_path: Path) -> None:
         "TURN", "{turn: {angle: 90}, timeout: 9, outputs: {angle_turned: angle}}"
     )
     left_out = ("reject", "no_answer", "refuse_cancel", "ignore_cancel", "no_server")
-    answers = parse_answers(",".join(["usual", *(f"turn:{name}" for name in left_out)]))
+    answers = ",".join(["usual", *(f"turn:{name}" for name in left_out)])
     (finding,) = run_all(tmp_path, tree, answers=answers)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
     assert scenario_of(finding)["faults"] == ["at 0.1: kill_server turn"]
 
 
@@ -140,8 +134,6 @@ def test_a_random_draw_is_found_among_seeds(tmp_path: Path) -> None:
     """The scenario has the first seed whose draws show the finding."""
     indented = UNSET.strip().replace("\n", "\n    ")
     (drawn,) = run_all(tmp_path, f"  choose:\n    - log: one\n    - {indented}")
-    assert drawn.stage is not None
-    assert drawn.stage.is_confirmed
     assert scenario_of(drawn).get("seed") == 1
 
 
@@ -153,10 +145,7 @@ def test_a_service_that_fails_is_a_fault(tmp_path: Path) -> None:
           outputs: {message: said}
         - log: no answer
     - log: $said"""
-    answers = parse_answers("usual,stop:fail,stop:no_server")
-    (finding,) = run_all(tmp_path, tree, answers=answers)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
+    (finding,) = run_all(tmp_path, tree, answers="usual,stop:fail,stop:no_server")
     assert scenario_of(finding)["faults"] == [
         "at 0.0: serve stop success=true",
         "at 0.05: ignore_service stop lasting 0.05",
@@ -171,8 +160,6 @@ def test_a_message_that_a_mission_waits_for_is_published(tmp_path: Path) -> None
       name: ready
     - """ + UNSET.strip().replace("\n", "\n    ")
     (finding,) = run_all(tmp_path, tree)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed, finding.stage
     assert scenario_of(finding)["faults"] == [
         "at 0.0: drop ready lasting 0.1",
         "at 0.1: publish ready data=true",
@@ -192,9 +179,6 @@ requirements:
     - wait: 2
     - log: $load"""
     sent, silent = run_all(tmp_path, tree, head, faults=1)[:2]
-    assert sent.stage is not None
-    assert silent.stage is not None
-    assert (sent.stage.is_confirmed, silent.stage.is_confirmed) == (True, True)
     assert scenario_of(sent)["faults"] == [
         "at 0.0: drop load lasting 0.1",
         "at 0.1: publish load every 0.05 data=3.0",
@@ -234,9 +218,6 @@ def test_a_leaf_in_python_returns_the_statuses_of_the_way(tmp_path: Path) -> Non
     - check: width < 3"""
     head = "requirements: {opens: never $width > 2}\n"
     value, waits = run_all(tmp_path, tree, head)
-    assert value.stage is not None
-    assert waits.stage is not None
-    assert (value.stage.is_confirmed, waits.stage.is_confirmed) == (True, True)
     fault = "return_status door failure width=3.0 lasting 0.05"
     assert scenario_of(value)["faults"] == [f"at 0.05: {fault}"]
     assert scenario_of(waits)["faults"] == ["at 0.05: return_status door running"]
@@ -253,10 +234,7 @@ def test_a_service_and_a_reader_that_no_stage_has_are_there(tmp_path: Path) -> N
           do: {python: door.py:Door, name: door, outputs: {width: width}}
         - log: no door
     - log: $width"""
-    answers = parse_answers("usual,*:no_server,*:no_readers")
-    (finding,) = run_all(tmp_path, tree, answers=answers)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
+    (finding,) = run_all(tmp_path, tree, answers="usual,*:no_server,*:no_readers")
     assert scenario_of(finding)["faults"] == [
         "at 0.0: subscribe opening",
         "at 0.0: serve count",
@@ -289,8 +267,6 @@ def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -
     (finding,) = run_all(tmp_path, tree)
     assert finding.steps[3] == "/move has a server again"
     assert scenario_of(finding)["faults"] == ["at 0.0: kill_server move lasting 0.15"]
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
 
 
 def test_feedback_that_ends_is_scripted(tmp_path: Path) -> None:
@@ -304,9 +280,7 @@ def test_feedback_that_ends_is_scripted(tmp_path: Path) -> None:
         - log: no angle
     - log: $angle"""
     left_out = ("reject", "no_answer", "refuse_cancel", "no_server", "abort", "server_lost", "late")
-    answers = parse_answers(",".join(["usual", *(f"turn:{name}" for name in left_out)]))
+    answers = ",".join(["usual", *(f"turn:{name}" for name in left_out)])
     (finding,) = run_all(tmp_path, tree, answers=answers)
-    assert finding.stage is not None
-    assert finding.stage.is_confirmed
     goal = {"feedback": [{"after": 0.05, "every": 0.05}, {"after": 0.1}], "cancel": "ignore"}
     assert scenario_of(finding)["servers"] == {"turn": [{**goal, "after": 4.15}]}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tracemalloc
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -179,22 +180,18 @@ def test_a_server_that_is_never_late_meets_no_limit() -> None:
     assert any("not done within" in reason for reason in proof_of(f"  {TURN}").failures)
 
 
-def test_a_goal_without_a_limit_is_found() -> None:
-    """It waits for ever where its server never answers."""
-    proof = proof_of("  turn: {angle: 90}")
-    assert collected(proof) == [("ends", "turn")]
-
-
-def test_a_loop_without_an_end_is_found() -> None:
-    """No answer ends it."""
-    proof = proof_of("  repeat: {until: 1 > 2}\n  do: {wait: 1}")
-    assert [entry.property for entry in proof.findings] == ["ends"]
-
-
-def test_a_node_behind_one_that_always_succeeds_is_dead() -> None:
-    """No answer reaches it, with more faults neither."""
-    proof = proof_of(f"  fallback:\n    - log: always\n    - {TURN}")
-    assert collected(proof) == [("dead_node", "turn")]
+@pytest.mark.parametrize(
+    ("tree", "finding"),
+    [
+        ("  turn: {angle: 90}", ("ends", "turn")),
+        ("  repeat: {until: 1 > 2}\n  do: {wait: 1}", ("ends", "")),
+        (f"  fallback:\n    - log: always\n    - {TURN}", ("dead_node", "turn")),
+    ],
+    ids=["a goal without a limit", "a loop without an end", "a dead node"],
+)
+def test_what_no_answer_ends_or_reaches_is_found(tree: str, finding: tuple[str, str]) -> None:
+    """It is the only finding."""
+    assert collected(proof_of(tree)) == [finding]
 
 
 def test_a_node_that_needs_more_faults_is_named_and_is_no_finding() -> None:
@@ -222,14 +219,6 @@ ANGLE = """  sequence:
         - sequence: [{check: CONDITION}, {log: it holds}]
         - log: it does not
 """
-
-
-def test_a_condition_that_computes_is_not_proved() -> None:
-    """Its values are samples, so its properties count as not violated only."""
-    proof = proof_of(ANGLE.replace("CONDITION", "angle * 2 > 80"), faults=0)
-    assert (proof.exhaustive, proof.proved) == (False, ())
-    assert proof.why_not == ("not all values are tried of: angle",)
-    assert "ends" in proof.not_violated
 
 
 @pytest.mark.parametrize("condition", ["angle > 80", "angle < -80", "80 < angle < 100"])
@@ -265,18 +254,25 @@ def test_a_long_repeat_may_end_after_any_round() -> None:
     assert proof.abstracted == ("'m' may end after any of its 100 rounds",)
 
 
-def test_a_repeat_is_cut_to_a_bound_and_said_so() -> None:
-    """Then the exploration is not exhaustive."""
-    proof = proof_of(f"  repeat: {{count: 100}}\n  do: {TURN}", faults=0, rounds=3)
-    assert not proof.exhaustive
-    assert proof.why_not == ("'m' is repeated 3 times instead of 100 (--rounds)",)
+ROUNDS = "'m' is repeated {} times instead of 100 (--rounds)"
 
 
-def test_a_long_repeat_that_computes_is_cut() -> None:
-    """Its rounds are not alike."""
-    tree = "  repeat: {count: 100}\n  do: {set: {n: 1}}"
-    proof = proof_of(tree, faults=0)
-    assert proof.why_not == ("'m' is repeated 2 times instead of 100 (--rounds)",)
+@pytest.mark.parametrize(
+    ("tree", "options", "why"),
+    [
+        (ANGLE.replace("CONDITION", "angle * 2 > 80"), {}, "not all values are tried of: angle"),
+        (f"  repeat: {{count: 100}}\n  do: {TURN}", {"rounds": 3}, ROUNDS.format(3)),
+        ("  repeat: {count: 100}\n  do: {set: {n: 1}}", {}, ROUNDS.format(2)),
+    ],
+    ids=["values are samples", "a bound on rounds", "rounds that compute are not alike"],
+)
+def test_what_is_not_explored_is_named_and_nothing_is_proved(
+    tree: str, options: dict[str, Any], why: str
+) -> None:
+    """Properties count as not violated only."""
+    proof = proof_of(tree, faults=0, **options)
+    assert (proof.exhaustive, proof.proved, proof.why_not) == (False, (), (why,))
+    assert "ends" in proof.not_violated
 
 
 def test_a_deadline_beside_a_long_loop_may_be_met_at_any_tick() -> None:

@@ -56,13 +56,9 @@ def why_cut(path: Path, contents: bytes) -> str:
     return file.why_cut
 
 
-def unsummed(contents: bytes) -> bytes:
-    """Return a file without the sum over its data, as earlier versions have written it."""
-
-    def clear(data: bytearray, at: int, _: int) -> None:
-        data[at + 9 : at + 13] = bytes(4)
-
-    return damage(contents, Opcode.DATA_END, clear)
+def clear_sum(data: bytearray, at: int, _: int) -> None:
+    """Take out the sum over the data, as in files of earlier versions."""
+    data[at + 9 : at + 13] = bytes(4)
 
 
 def unknown(data: bytearray, at: int, _: int) -> None:
@@ -75,44 +71,48 @@ def remove(data: bytearray, at: int, length: int) -> None:
     del data[at : at + 9 + length]
 
 
+def cut_end(data: bytearray, at: int, length: int) -> None:
+    """Take the last byte out, which is behind all records."""
+    del data[-1]
+
+
 def flip(data: bytearray, at: int, length: int) -> None:
     """Change a letter at the end of a record."""
     data[at + 8 + length] ^= 1
 
 
-def test_any_damage_to_what_we_have_recorded_is_told(edited, tmp_path):
+SUM = "the file is damaged: its data has another checksum than when written"
+
+
+@pytest.mark.parametrize(
+    ("opcode", "change", "why"),
+    [
+        (Opcode.METADATA, flip, SUM),
+        (Opcode.CHUNK, unknown, SUM),
+        (Opcode.CHUNK, remove, SUM),
+        (Opcode.ATTACHMENT, flip, SUM),
+        (Opcode.DATA_END, remove, "the marker at the end of the data is missing"),
+        (Opcode.FOOTER, cut_end, "the file is incomplete, or the recorder was killed"),
+    ],
+)
+def test_any_damage_to_what_we_have_recorded_is_told(edited, tmp_path, opcode, change, why):
     """The sum over all data is in the file: also a letter of a note, or a lost chunk, is missed."""
     contents = edited(lambda _: None).read_bytes()
     path = tmp_path / "run.mcap"
     assert why_cut(path, contents) == ""
-    for opcode, change in (
-        (Opcode.METADATA, flip),
-        (Opcode.CHUNK, unknown),
-        (Opcode.CHUNK, remove),
-        (Opcode.ATTACHMENT, flip),
-    ):
-        result = why_cut(path, damage(contents, opcode, change))
-        assert result == "the file is damaged: its data has another checksum than when written"
+    assert why_cut(path, damage(contents, opcode, change)) == why
 
 
 def test_a_lost_chunk_of_a_file_without_a_sum_is_told(edited, tmp_path):
     """By the counts in its summary: as earlier versions and rosbag2 write it."""
-    contents = unsummed(edited(lambda _: None).read_bytes())
+    whole = edited(lambda _: None).read_bytes()
+    contents = damage(whole, Opcode.DATA_END, clear_sum)
     path = tmp_path / "run.mcap"
     assert why_cut(path, contents) == ""
     wanted = len(load(SQUARE).messages)
     result = why_cut(path, damage(contents, Opcode.CHUNK, unknown))
     assert result.startswith("the file is damaged: it has ")
     assert result.endswith(f" messages where {wanted:,} were recorded")
-
-
-def test_data_without_an_end_is_not_whole(edited, tmp_path):
-    """Nor is a file whose summary was cut, though all messages are there."""
-    contents = edited(lambda _: None).read_bytes()
-    path = tmp_path / "run.mcap"
-    ended = damage(contents, Opcode.DATA_END, remove)
-    assert why_cut(path, ended) == "the marker at the end of the data is missing"
-    assert why_cut(path, contents[:-1]) == "the file is incomplete, or the recorder was killed"
 
 
 def test_facts_that_are_none_are_left_out_and_named(edited, capsys, tmp_path):

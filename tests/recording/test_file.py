@@ -1,4 +1,4 @@
-"""The file itself, without ROS."""
+"""The file itself, without ROS, read back by the library of MCAP's makers."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from mcap.records import Chunk, Message
+from mcap.stream_reader import StreamReader
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
+from tests.support.recorded_runs import summary_of
 
 S = 1_000_000_000
 
@@ -42,21 +45,71 @@ def written(path: Path, seconds: int) -> McapFile:
     return file
 
 
-def test_each_message_is_found_with_its_time(tmp_path: Path) -> None:
-    """By the library's own reader, which checks the sums."""
-    written(tmp_path / "a.mcap", 3).close()
-    with (tmp_path / "a.mcap").open("rb") as stream:
+@pytest.fixture
+def chunked(tmp_path: Path) -> McapFile:
+    """A file with two chunks, an attachment and metadata."""
+    file = McapFile(tmp_path / "a.mcap", "test")
+    first = file.channel("/one", "std_msgs/msg/String", "string data\n", {"a": "b"})
+    file.write(10, [(first, b"x")])
+    file.write(30, [(first, b"yy")])
+    file.flush()
+    file.attach("m.yaml", "text/plain", b"mission: m\n", 35)
+    second = file.channel("/two", "std_msgs/msg/String", "string data\n", {})
+    file.write(40, [(first, b"z")])
+    file.write(20, [(second, b"")])
+    file.note("about", {"seed": "7"})
+    file.close()
+    return file
+
+
+def test_mcap_reads_it_by_its_index_and_checks_the_sums(chunked: McapFile) -> None:
+    """In the order of time, which is not that of the file; or only a part of it."""
+    with chunked.path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         assert reader.get_header().profile == "ros2"
         messages = list(reader.iter_messages())
-    assert [int(message.data) for _, _, message in messages] == list(range(30))
-    assert {message.log_time for _, _, message in messages} == {
-        S + number * S // 10 for number in range(30)
-    }
+        late = [m.log_time for _, _, m in reader.iter_messages(topics=["/one"], starting_at=25)]
+        attached = [(each.name, each.log_time) for each in reader.iter_attachments()]
+        notes = [record.metadata for record in reader.iter_metadata()]
+    assert [(channel.topic, m.log_time, m.data) for _, channel, m in messages] == [
+        ("/one", 10, b"x"),
+        ("/two", 20, b""),
+        ("/one", 30, b"yy"),
+        ("/one", 40, b"z"),
+    ]
+    assert (late, attached, notes) == ([30, 40], [("m.yaml", 35)], [{"seed": "7"}])
     schema, channel, _ = messages[0]
     assert schema is not None
     assert (schema.name, schema.encoding) == ("std_msgs/msg/String", "ros2msg")
-    assert (channel.topic, channel.message_encoding) == ("/t", "cdr")
+    assert (channel.message_encoding, channel.metadata) == ("cdr", {"a": "b"})
+
+
+def test_the_summary_counts_what_is_there(chunked: McapFile) -> None:
+    """Messages of each channel, chunks, and the first and last time."""
+    counts = summary_of(chunked.path).statistics
+    assert counts is not None
+    assert (counts.message_count, counts.chunk_count, counts.channel_count) == (4, 2, 2)
+    assert counts.channel_message_counts == {1: 3, 2: 1}
+    assert (counts.message_start_time, counts.message_end_time) == (10, 40)
+    assert chunked.bytes == chunked.path.stat().st_size
+
+
+def test_it_reads_from_front_to_back(chunked: McapFile) -> None:
+    """Each definition comes before what needs it, in the chunk that does."""
+    data = chunked.path.read_bytes()
+    chunks = StreamReader(io.BytesIO(data), emit_chunks=True).records
+    assert sum(isinstance(record, Chunk) for record in chunks) == 2
+    records = StreamReader(io.BytesIO(data), validate_crcs=True).records
+    times = [record.log_time for record in records if isinstance(record, Message)]
+    assert times == [10, 30, 40, 20]
+
+
+def test_a_file_without_messages_is_a_file(tmp_path: Path) -> None:
+    """Its definitions stand in the summary."""
+    file = McapFile(tmp_path / "a.mcap", "test")
+    file.channel("/one", "a/msg/B", "", {})
+    file.close()
+    assert [each.topic for each in summary_of(file.path).channels.values()] == ["/one"]
 
 
 def test_what_is_a_second_old_is_on_the_disk_while_the_file_is_open(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import RecordedRequirements
+from tests.support.recordings import write_messages
 from tests.support.report_pages import data_of
 
 FLEET = """\
@@ -187,21 +188,10 @@ def test_of_several_executives_in_a_graph_the_recorded_one_is_read(
     messages = list(whole.messages())
     file = McapFile(tmp_path / "one.mcap", "test")
     file.note(FACTS, whole.notes[note_of(FACTS, node)])
-    numbers: dict[str, int] = {}
-    for channel, time_ns, data in messages:
-        if channel.topic not in numbers:
-            numbers[channel.topic] = file.channel(
-                channel.topic, channel.type_name, channel.definition, {}
-            )
-        file.write(time_ns, [(numbers[channel.topic], data)])
-    file.close()
-    run = read_run(file.path)
+    run = read_run(write_messages(file, messages))
     assert (run.node, run.mission, run.status) == (node, mission, state)
     player = Player(read_timeline(file.path))
     player.go(player.duration_s)
     assert player.mission.tree is not None
-    assert (player.mission.tree.mission, player.timeline.robots) == (
-        mission,
-        (node.split("/")[1],),
-    )
+    assert (player.mission.tree.mission, player.timeline.robots) == (mission, (node.split("/")[1],))
     assert RecordedRequirements(file.path).mission == mission

@@ -26,10 +26,9 @@ from bt_mission.recording.happenings import (
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import Channel, RecordedFile
 from bt_mission.recording.replay.timeline import read_timeline
-from tests.support.recordings import recording
+from tests.support.recordings import Message, recording, write_messages
 
 NEWER = "bt_mission_interfaces/msg/Weather"
-Message = tuple[Channel, int, bytes]
 
 
 @pytest.fixture
@@ -41,15 +40,7 @@ def with_more(tmp_path: Path) -> Callable[[Iterable[Message]], Path]:
         messages = [*source.messages(), *more]
         for name, note in source.notes.items():
             copy.note(name, note)
-        numbers: dict[str, int] = {}
-        for channel, time_ns, data in messages:
-            if channel.topic not in numbers:
-                numbers[channel.topic] = copy.channel(
-                    channel.topic, channel.type_name, channel.definition, {}
-                )
-            copy.write(time_ns, [(numbers[channel.topic], data)])
-        copy.close()
-        return tmp_path / "newer.mcap"
+        return write_messages(copy, messages)
 
     return write
 

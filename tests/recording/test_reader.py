@@ -193,23 +193,18 @@ def test_a_recording_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_node_runs_from_its_start_to_its_end() -> None:
-    """Again and again; one that ends at once has run for no time."""
+    """Again and again; one that ends at once has run for no time, and one that runs to the end."""
     changes = [
         (1, NodeChanged(1, 0, Status.RUNNING, "")),
         (1, NodeChanged(1, 1, Status.SUCCESS, "at once")),
         (3, NodeChanged(3, 1, Status.RUNNING, "go")),
         (5, NodeChanged(5, 1, Status.INVALID, "")),
         (6, NodeChanged(6, 0, Status.FAILURE, "no")),
+        (7, NodeChanged(7, 2, Status.RUNNING, "on")),
     ]
-    assert spans_of(3, changes, 9) == (
+    assert spans_of(4, changes, 9) == (
         (Span(1, 6, "failure", "no"),),
         (Span(1, 1, "success", "at once"), Span(3, 5, "halted", "")),
+        (Span(7, 9, "running", "on"),),
         (),
-    )
-
-
-def test_a_node_that_has_not_ended_runs_to_the_end_of_the_recording() -> None:
-    """And says what it said when it started."""
-    assert spans_of(1, [(2, NodeChanged(2, 0, Status.RUNNING, "go"))], 9) == (
-        (Span(2, 9, "running", "go"),),
     )

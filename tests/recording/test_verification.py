@@ -1,4 +1,7 @@
-"""Requirements over recordings: verdicts, margins and instants are those of the run itself."""
+"""Requirements over recordings: verdicts, margins and instants are those of the run itself.
+
+Also over recordings of robots that know nothing of missions.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +34,8 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.stages import Stages
 from tests.requirements.test_semantics import drawn_formula
-from tests.support.recordings import edited, recording
-from tests.support.robot_bag import verify
+from tests.support.recordings import edited, recorded_run, recording, write_messages
+from tests.support.robot_bag import RobotBag, verify
 from tests.support.thorough import sample
 
 NODES = {"explore": ("drive", "look around"), "patrol": ("visit the zones", "visit the zones")}
@@ -115,16 +118,8 @@ tree:
 
 
 def run(mission: Mission, path: Path) -> tuple[RequirementResult, ...]:
-    """Carry a mission out, recorded; return what its requirements came to."""
-    with (
-        Stage(mission, image_folder=path.parent / "images", say=lambda _: None) as stage,
-        RunRecorder(stage, path) as recorder,
-    ):
-        while not stage.is_done:
-            stage.step()
-        report = stage.report(1.0)
-        recorder.finish(report.as_dict())
-    return report.requirements
+    """Run a mission, recorded; return the results of its requirements."""
+    return recorded_run(mission, path).report(1.0).requirements
 
 
 def plain(results: tuple[RequirementResult, ...]) -> list[dict[str, Any]]:
@@ -132,21 +127,30 @@ def plain(results: tuple[RequirementResult, ...]) -> list[dict[str, Any]]:
     return [asdict(result) for result in results]
 
 
+def judged_alike(mission: Mission, bare: Mission, folder: Path) -> tuple[RequirementResult, ...]:
+    """Run a mission, also without its requirements; assert that verdicts of recordings are equal.
+
+    Verdict, margin, instant and all else.
+    """
+    reports = run(mission, folder / "with.mcap")
+    assert plain(verify(folder / "with.mcap").results) == plain(reports)
+    run(bare, folder / "without.mcap")
+    result = verify(folder / "without.mcap", requirements=mission.requirements)
+    assert plain(result.results) == plain(reports)
+    assert (result.notes, result.why_cut, result.lacks) == ((), "", "")
+    return reports
+
+
 @pytest.mark.parametrize("name", sample(NODES, every=2))
 def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> None:
-    """Verdict, margin, instant and all else; also where the run did not know the requirements."""
+    """Also where the run did not know the requirements."""
     drive, look = NODES[name]
     text = REQUIREMENTS.format(drive=drive, look=look) + (FEEDBACK if name == "explore" else "")
     (tmp_path / "more.yaml").write_text(text)
     bare = load(find("missions", name), set={"legs": 3} if name == "explore" else None)
     mission = with_requirements(bare, [tmp_path / "more.yaml"])
-    reports = run(mission, tmp_path / "with.mcap")
+    reports = judged_alike(mission, bare, tmp_path)
     assert {report.verdict for report in reports} >= {"holds", "violated"}
-    assert plain(verify(tmp_path / "with.mcap").results) == plain(reports)
-    run(bare, tmp_path / "without.mcap")
-    result = verify(tmp_path / "without.mcap", requirements=mission.requirements)
-    assert plain(result.results) == plain(reports)
-    assert (result.notes, result.why_cut, result.lacks) == ((), "", "")
 
 
 @pytest.mark.parametrize("count", sample([80, 200], every=2))
@@ -160,18 +164,12 @@ def test_any_formula_comes_to_what_it_did_in_the_run(count: int, tmp_path: Path)
         with suppress(ExpressionError):  # what can only come to one verdict
             results.append(Requirement(text, text, Formula(text).root))
     requirements = tuple({result.name: result for result in results}.values())
-    reports = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
+    reports = judged_alike(replace(mission, requirements=requirements), mission, tmp_path)
     assert {report.verdict for report in reports} >= {"holds", "violated", "open"}
     assert len({report.margin for report in reports}) > 20
-    assert plain(verify(tmp_path / "with.mcap").results) == plain(reports)
-    run(mission, tmp_path / "without.mcap")
-    again = verify(tmp_path / "without.mcap", requirements=requirements)
-    assert plain(again.results) == plain(reports)
 
 
-def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
-    tmp_path: Path,
-) -> None:
+def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(tmp_path: Path) -> None:
     """How each ended, whether it was accepted, how often; also if the run did not know that."""
     mission = load(GOALS)
     texts = [
@@ -187,13 +185,10 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
         )
     ]
     requirements = tuple(Requirement(text, text, Formula(text).root) for text in texts)
-    reports = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
-    held = {
-        report.name.removeprefix("eventually ") for report in reports if report.verdict == "holds"
-    }
-    assert {
-        formula for formula in held if not formula.startswith(("never", "starts", "count"))
-    } == {
+    reports = judged_alike(replace(mission, requirements=requirements), mission, tmp_path)
+    names = (report.name for report in reports if report.verdict == "holds")
+    held = {name.removeprefix("eventually ") for name in names}
+    assert {name for name in held if not name.startswith(("never", "starts", "count"))} == {
         'outcome("late") = "canceled"',
         'outcome("late") = "canceled by timeout"',
         'accepted("late")',
@@ -206,9 +201,6 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
     }
     assert 'count(starts(accepted("late"))) > 2' in held
     assert 'count(ends(outcome("late") = canceled)) > 1' in held
-    run(mission, tmp_path / "without.mcap")
-    again = verify(tmp_path / "without.mcap", requirements=requirements)
-    assert plain(again.results) == plain(reports)
 
 
 SLOW = {
@@ -324,17 +316,11 @@ def test_messages_that_are_missing_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("line", ["{", "[]", '{"t": 1050000000, "start": 1, "values": 3}'])
 def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) -> None:
     """Whatever decides may stand in it."""
-    path = tmp_path / "run.mcap"
-    copy = McapFile(path, "another")
-    numbers: dict[Channel, int] = {}
-    for count, (channel, time_ns, data) in enumerate(RecordedFile(recording()).messages()):
-        if channel not in numbers:
-            numbers[channel] = copy.channel(
-                channel.topic, channel.type_name, channel.definition, {}
-            )
-        is_bad = channel.topic.endswith("/signals") and count > 1000
-        copy.write(time_ns, [(numbers[channel], string_message(line) if is_bad else data)])
-    copy.close()
+    messages = [*RecordedFile(recording()).messages()]
+    for number, (channel, time_ns, _) in enumerate(messages):
+        if channel.topic.endswith("/signals") and number > 1000:
+            messages[number] = channel, time_ns, string_message(line)
+    path = write_messages(McapFile(tmp_path / "run.mcap", "another"), messages)
     (result,) = verify(path, "always running('drive')").results
     assert result.verdict == "unknown"
     assert result.why.startswith("the messages of the mission cannot be read: ")
@@ -359,3 +345,97 @@ def test_margins_over_time(tmp_path: Path) -> None:
     assert known == sorted(known, reverse=True)
     assert set(done.margins) == {-math.inf, math.inf}
     assert read_verified_run(tmp_path / "run.mcap")[0].requirements[0].result == reported
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> RobotBag:
+    """What `ros2 bag record` has kept of a robot that drives for ten seconds, ever faster."""
+    bag = RobotBag(tmp_path / "bag.mcap")
+    for step in range(201):
+        bag.odometry(0.05 * step, x=0.01 * step, speed=0.001 * step)
+    for step in range(41):
+        bag.scan(0.25 * step, [2.0, 3.0 - 0.05 * step, math.inf])
+    return bag
+
+
+def test_a_recording_of_another_robot(bag: RobotBag) -> None:
+    """Its topics tell signals; of what only a simulation or a mission knows it is said so."""
+    result = verify(
+        bag.close(),
+        "always speed < 0.15",
+        "always scan_clearance > 0.5",
+        "always age('scan') < 0.3",
+        "always distance <= 2",
+        "always topic('odom', 'twist.twist.linear.x') < 0.3",
+        "always clearance > 0.1",
+        "always running('drive')",
+        "always battery > 20",
+        "always topic('odom', 'nothing') < 1",
+    )
+    speed, room, age, distance, field, clearance, node, battery, nothing = result.results
+    assert (speed.verdict, speed.margin, speed.violated_at, speed.at) == (
+        *("violated", -0.05, 7.5, 10.0),
+    )
+    assert (room.verdict, room.margin, room.at) == ("holds", 0.5, 10.0)
+    assert (age.verdict, age.margin) == ("holds", 0.1)
+    assert (distance.verdict, field.verdict) == ("holds", "holds")
+    assert distance.margin == pytest.approx(0.0, abs=1e-9)
+    unknown = (clearance, node, battery, nothing)
+    assert {judged.verdict for judged in unknown} == {"unknown"}
+    assert [judged.why for judged in unknown] == [
+        "clearance: only a simulation provides it",
+        "running('drive'): the recording contains no mission",
+        "battery: the recording has no topic /battery_state",
+        "its signals never had a value",
+    ]
+    assert (speed.sources, distance.sources) == (("speed by odometry",), ("distance by odometry",))
+
+
+def test_a_robot_in_a_namespace(tmp_path: Path) -> None:
+    """Its topics are found where they are said to be; nothing is guessed."""
+    bag = RobotBag(tmp_path / "bag.mcap", "/tb3_1")
+    bag.odometry(0.0, x=0.0, speed=0.1)
+    bag.odometry(1.0, x=0.0, speed=0.3)
+    formula = Requirement("slow", "", Formula("always speed < 0.25").root)
+    (result,) = RecordedRequirements(bag.close()).verify((formula,)).results
+    assert result.why == "speed: the recording has no topic /odom"
+    recorded = RecordedRequirements(tmp_path / "bag.mcap", "tb3_1")
+    assert recorded.verify((formula,)).results[0].margin == -0.05
+
+
+def test_a_message_that_cannot_be_read_decides_nothing(bag: RobotBag) -> None:
+    """Not even where others of its topic can: it might have been the one."""
+    bag.raw(10.5, "/odom", b"\0\1\0\0too short")
+    result = verify(bag.close(), "always speed < 0.15", "always scan_clearance > 0.1")
+    assert [judged.verdict for judged in result.results] == ["unknown", "holds"]
+    assert result.results[0].why.startswith("speed: a message cannot be read: ")
+
+
+def test_clocks_that_do_not_agree_are_told(bag: RobotBag) -> None:
+    """Years between two messages are evaluated for nobody."""
+    bag.odometry(1e9, x=0.0, speed=0.0)
+    with pytest.raises(RecordingError, match="its messages span 11,574 days; were they recorded"):
+        verify(bag.close(), "always speed < 1")
+
+
+def test_a_recording_without_a_message(tmp_path: Path) -> None:
+    """There is nothing to evaluate."""
+    with pytest.raises(RecordingError, match="contains no messages"):
+        RecordedRequirements(RobotBag(tmp_path / "bag.mcap").close())
+
+
+def test_a_message_of_ours_that_cannot_be_read_makes_all_unknown(tmp_path: Path) -> None:
+    """Also where messages are not in the order of time, as of files that were joined."""
+
+    def is_bad(channel: Channel, time_ns: int) -> bool:
+        return channel.topic.endswith("/trace") and time_ns > 3_000_000_000
+
+    messages = [
+        (channel, time_ns, b"\0\1\0\0" if is_bad(channel, time_ns) else data)
+        for channel, time_ns, data in RecordedFile(recording()).messages()
+        if not channel.topic.endswith("/signals")
+    ]
+    path = write_messages(McapFile(tmp_path / "joined.mcap", "another"), reversed(messages))
+    (result,) = verify(path, "always running('drive')").results
+    assert result.verdict == "unknown"
+    assert result.why.startswith("the messages of the mission cannot be read: ")

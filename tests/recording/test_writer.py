@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +23,24 @@ import bt_mission
 from bt_mission import read_recording
 from bt_mission.core.cdr.definitions import NoDefinitionError, definition_of
 from bt_mission.core.files import names
+from bt_mission.core.stamps import to_ns
+from bt_mission.events.events import ClockJumped, StateChanged
+from bt_mission.events.log import INFO, WARN, rosout_line
 from bt_mission.recording import writer
 from bt_mission.recording.contents import files_of
 from bt_mission.recording.file import McapFile
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from tests.recording.test_file import FullDisk
-from tests.support.recorded_runs import TWO_TURNS, messages_for_others
+from tests.support.recorded_runs import TWO_TURNS, messages_for_others, summary_of
 from tests.support.thorough import sample
 
 S = 1_000_000_000
+
+
+def data_of(path: Path, topic: str) -> list[Any]:
+    """The field ``data`` of each message of a topic."""
+    return [each.message.data for each in messages_for_others(path, topic)]
 
 
 def bare_trace(text: str, folder: Path) -> str:
@@ -99,10 +108,7 @@ def test_raw_actions_keep_the_names_of_ros(record: Callable[..., Any]) -> None:
     goals = []
     for raw_actions in (False, True):
         path = record(raw_actions=raw_actions).path
-        with path.open("rb") as stream:
-            summary = make_reader(stream).get_summary()
-        assert summary is not None
-        schemas = {schema.name for schema in summary.schemas.values()}
+        schemas = {schema.name for schema in summary_of(path).schemas.values()}
         assert ("bt_mission_interfaces/action/Turn_SendGoal_Event" in schemas) is raw_actions
         lives = read_recording(path).goals
         goals.append([(goal.type_name, goal.values["angle"], goal.status) for goal in lives])
@@ -130,9 +136,7 @@ def test_the_run_is_the_same_with_and_without(record: Callable[..., Any], tmp_pa
 def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
     """What the robot says, what moves it, and what the mission does."""
     run = record()
-    counts = Counter(
-        messages_for_other.topic for messages_for_other in messages_for_others(run.path)
-    )
+    counts = Counter(message.topic for message in messages_for_others(run.path))
     seconds = (run.stage.now_ns - S) / S
     for topic in ("odom", "imu", "joint_states", "battery_state", "ground_truth/odom", "tf"):
         assert counts[f"/{topic}"] == pytest.approx(20 * seconds, abs=2), topic
@@ -148,59 +152,37 @@ def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
 
 def test_each_message_has_the_time_of_its_instant(record: Callable[..., Any]) -> None:
     """That of its stamp, where a sensor has just made it."""
-    stamped = [
-        (messages_for_other.time_ns, messages_for_other.message.header.stamp)
-        for messages_for_other in messages_for_others(record().path)
-        if messages_for_other.topic in ("/scan", "/odom", "/imu", "/ground_truth/odom", "/cmd_vel")
-    ]
+    topics = ("/scan", "/odom", "/imu", "/ground_truth/odom", "/cmd_vel")
+    stamped = messages_for_others(record().path, *topics)
     assert len(stamped) > 200
-    assert all(time_ns == stamp.sec * S + stamp.nanosec for time_ns, stamp in stamped)
+    assert all(each.time_ns == to_ns(each.message.header.stamp) for each in stamped)
 
 
 def test_the_trace_in_the_file_is_that_of_the_run(record: Callable[..., Any]) -> None:
     """So its hash can be computed from the file."""
     run = record()
-    lines = [
-        messages_for_other.message.data
-        for messages_for_other in messages_for_others(run.path)
-        if messages_for_other.topic.endswith("/trace")
-    ]
-    text = "".join(f"{line}\n" for line in lines)
+    text = "".join(f"{line}\n" for line in data_of(run.path, "/bt_mission/trace"))
     assert hashlib.sha256(text.encode()).hexdigest() == run.trace
 
 
 def test_goals_are_service_events(record: Callable[..., Any]) -> None:
     """Request and answer each, in the form of ROS's own service introspection."""
-    messages = messages_for_others(record().path)
-    sent = [
-        message.message
-        for message in messages
-        if message.topic.endswith("/send_goal/_service_event")
-    ]
-    assert [(item.info.event_type, item.info.sequence_number) for item in sent] == [
-        (0, 1),
-        (3, 1),
-        (0, 2),
-        (3, 2),
-    ]
+    path = record().path
+    sent, results = (
+        [each.message for each in messages_for_others(path, f"/turn/_action/{name}/_service_event")]
+        for name in ("send_goal", "get_result")
+    )
+    kinds = [(item.info.event_type, item.info.sequence_number) for item in sent]
+    assert kinds == [(0, 1), (3, 1), (0, 2), (3, 2)]
     assert [item.request[0].goal.angle for item in sent] == [90.0, 90.0, -45.0, -45.0]
     assert [item.response[0].accepted for item in sent[1::2]] == [True, True]
-    results = [
-        message.message
-        for message in messages
-        if message.topic.endswith("/get_result/_service_event")
-    ]
     assert [result.response[0].status for result in results[1::2]] == [4, 4]
     assert results[1].response[0].result.angle_turned == pytest.approx(90, abs=1)
 
 
 def test_what_the_mission_says_is_a_log(record: Callable[..., Any]) -> None:
     """On the topic and in the form in which tools look for logs."""
-    lines = [
-        messages_for_other.message
-        for messages_for_other in messages_for_others(record().path)
-        if messages_for_other.topic == "/rosout"
-    ]
+    lines = [each.message for each in messages_for_others(record().path, "/rosout")]
     assert (20, "off we go") in [(line.level, line.msg) for line in lines]
     assert lines[-1].msg == "mission: success"
 
@@ -226,10 +208,8 @@ def test_the_file_holds_the_mission_and_what_it_came_to(record: Callable[..., An
 
 def test_qos_is_written_as_rosbag2_does(record: Callable[..., Any]) -> None:
     """A player needs to know what is latched."""
-    with record().path.open("rb") as stream:
-        summary = make_reader(stream).get_summary()
-    assert summary is not None
-    offers = {c.topic: c.metadata["offered_qos_profiles"] for c in summary.channels.values()}
+    channels = summary_of(record().path).channels.values()
+    offers = {channel.topic: channel.metadata["offered_qos_profiles"] for channel in channels}
     assert "durability: transient_local" in offers["/tf_static"]
     assert "reliability: best_effort" in offers["/scan"]
     assert "depth: 10\n  reliability: reliable\n  durability: volatile" in offers["/odom"]
@@ -243,11 +223,8 @@ def test_pictures_are_recorded_on_demand(
     """Small, or as they are."""
     run = record(camera=camera, steps=40)
     run.recorder.close()
-    pictures = [
-        messages_for_other.message
-        for messages_for_other in messages_for_others(run.path)
-        if messages_for_other.topic == f"/camera/image_raw{topic}"
-    ]
+    sent = messages_for_others(run.path, f"/camera/image_raw{topic}")
+    pictures = [each.message for each in sent]
     assert len(pictures) >= 15
     if camera == "compressed":
         assert pictures[0].format == "rgb8; jpeg compressed bgr8"
@@ -310,9 +287,7 @@ def test_a_topic_whose_type_is_not_installed_is_named(
     run = record()
     missing = "/scan (the definition of sensor_msgs/msg/LaserScan is not installed)"
     assert run.recorder.missing == missing
-    counts = Counter(
-        messages_for_other.topic for messages_for_other in messages_for_others(run.path)
-    )
+    counts = Counter(message.topic for message in messages_for_others(run.path))
     assert counts["/scan"] == 0
     assert counts["/odom"] > 20
 
@@ -335,24 +310,17 @@ def test_a_topic_that_a_users_own_node_publishes_too(
             recorder.finish({})
         stage.clock.remove_node(node)
         node.destroy_node()
-    values = [
-        messages_for_other.message.data
-        for messages_for_other in messages_for_others(tmp_path / "own.mcap")
-        if messages_for_other.topic == f"/{topic}"
-    ]
-    alone = [
-        messages_for_other.message.data
-        for messages_for_other in messages_for_others(record().path)
-        if messages_for_other.topic == f"/{topic}"
-    ]
-    assert [value for value in values if value >= 0] == alone
+    values = data_of(tmp_path / "own.mcap", f"/{topic}")
+    assert [value for value in values if value >= 0] == data_of(record().path, f"/{topic}")
     assert values.count(-1.0) == sent > 10
 
 
 def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:
     """The session goes on without it."""
     run = record(steps=20)
+    listeners = len(run.stage.executive.events)
     run.recorder.close()
+    assert len(run.stage.executive.events) == listeners - 1
     before = run.recorder.file.messages
     run.recorder.close()
     assert not len(run.stage.trace.lines)
@@ -374,11 +342,7 @@ def test_a_mission_that_waits_for_a_listener_waits_on(
     assert record(text=text.replace("{readers}", "1")).status == "failure"
     run = record(text=text.replace("{readers}", "0"))
     assert run.status == "success"
-    assert [
-        messages_for_other.message.data
-        for messages_for_other in messages_for_others(run.path)
-        if messages_for_other.topic == "/lamp"
-    ] == [True]
+    assert data_of(run.path, "/lamp") == [True]
 
 
 IMAGES = """\
@@ -394,21 +358,56 @@ tree:
 """
 
 
-def test_a_variable_that_holds_messages_does_not_end_the_recording(tmp_path: Path) -> None:
+def test_a_variable_that_holds_messages_does_not_end_the_recording(
+    record: Callable[..., Any],
+) -> None:
     """It is left out of the signals; what comes after it is recorded, lists of numbers too."""
-    path = tmp_path / "run.mcap"
-    with Stage(load(IMAGES), image_folder=tmp_path, say=lambda _: None) as stage:
-        recorder = writer.RunRecorder(stage, path)
-        while not stage.is_done:
-            stage.step()
-        recorder.finish(stage.report().as_dict())
-    assert recorder.missing == ""
-    with path.open("rb") as stream:
-        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        lines = [
-            json.loads(message.data)
-            for *_, message in reader.iter_decoded_messages(topics=["/bt_mission/signals"])
-        ]
-    values = [name for line in lines for name in line.get("values", {})]
+    run = record(text=IMAGES)
+    assert run.recorder.missing == ""
+    lines = data_of(run.path, "/bt_mission/signals")
+    values = [name for line in lines for name in json.loads(line).get("values", {})]
     assert "$pictures" not in values
     assert "$sides" in values
+
+
+def test_what_happens_between_two_ticks_is_said() -> None:
+    """Pauses, and what was done to the clock."""
+    paused, resumed = (StateChanged(1, "r", "m", word, "by hand") for word in ("paused", "running"))
+    assert rosout_line(paused, ()) == (WARN, "paused: by hand")
+    assert rosout_line(resumed, ()) == (INFO, "resumed")
+    assert rosout_line(ClockJumped(1, -9.5), ()) == (WARN, "the ROS clock was set back by 9.5 s")
+    assert rosout_line(ClockJumped(1, 100.0), ()) == (WARN, "the ROS clock skipped 100 s")
+
+
+def test_details_are_told_twice_a_second_and_when_something_happens(
+    record: Callable[..., Any],
+) -> None:
+    """By the mission's clock: progress, and each state of a goal until it has ended."""
+    messages = messages_for_others(record().path, "/bt_mission/details")
+    times = [message.time_ns for message in messages]
+    assert all(0 <= after - before <= 550_000_000 for before, after in pairwise(times))
+    values = [node.value for message in messages for node in message.message.running if node.limit]
+    assert len(values) > 5
+    states: dict[str, list[str]] = {}
+    for message in messages:
+        for goal in message.message.goals:
+            states.setdefault(goal.owner, []).append(goal.state)
+    assert [state[-1] for state in states.values()] == ["succeeded", "succeeded"]
+    assert "active" in states["back"]
+
+
+def test_the_first_details_have_every_variable(record: Callable[..., Any]) -> None:
+    """Later ones have those that have changed."""
+    text = """\
+mission: m
+world: empty_arena
+inputs: {a: 1, b: two}
+tree: {sequence: [{set: {c: 2}}, {wait: 3}]}
+"""
+    messages = messages_for_others(record(text=text).path, "/bt_mission/details")
+    results = [
+        [(variable.name, variable.value) for variable in each.message.variables]
+        for each in messages
+    ]
+    assert ("b", '"two"') in results[0]
+    assert sum(("b", '"two"') in result for result in results) == 1

@@ -1,4 +1,7 @@
-"""`bt-mission reproduce`: recordings of faulted runs, stripped to the topics of a robot."""
+"""`bt-mission reproduce`: recordings of faulted runs, stripped to the topics of a robot.
+
+And scans as those of real robots: ranges vary with their length, and rays are lost on surfaces.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,9 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from bt_mission.cli.main import main
@@ -19,10 +24,11 @@ from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.reproducing.diagnosis import diagnose
-from bt_mission.reproducing.evidence import EvidenceReader, Path2D
+from bt_mission.reproducing.evidence import Evidence, EvidenceReader, Path2D
 from bt_mission.reproducing.matching import matched
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.sweeps.work import record_scenario
+from tests.support.recordings import write_messages
 from tests.support.robot_bag import RobotBag
 
 SITE = 'requirements: {sees: always age("scan") < 0.5}\n'
@@ -49,16 +55,17 @@ def recorded(folder: Path, *faults: str) -> Path:
     }
     whole, robot = folder / "whole.mcap", folder / "robot.mcap"
     record_scenario(load_scenario(read_text(to_yaml(data), str(folder / "s.yaml"))), whole)
-    file = McapFile(robot, "a robot")
-    channels: dict[str, int] = {}
-    for time_ns, channel, message in RecordedFile(whole).timed_messages():
-        topic = channel.topic
-        if topic in ROBOT or "/_action/" in topic:
-            if topic not in channels:
-                channels[topic] = file.channel(topic, channel.type_name, channel.definition, {})
-            file.write(time_ns, [(channels[topic], message)])
-    file.close()
-    return robot
+    kept = (
+        (channel, time_ns, message)
+        for time_ns, channel, message in RecordedFile(whole).timed_messages()
+        if channel.topic in ROBOT or "/_action/" in channel.topic
+    )
+    return write_messages(McapFile(robot, "a robot"), kept)
+
+
+def evidence_of(bag: Path) -> Evidence:
+    """Read what a recording tells."""
+    return EvidenceReader.of(RecordedFile(bag)).evidence(bag)
 
 
 def test_a_silent_lidar_is_named_and_its_violation_is_repeated(
@@ -117,8 +124,7 @@ def test_faults_are_named_with_their_times(
 ) -> None:
     """To a tenth of a second, and no others."""
     bag = recorded(tmp_path, *faults)
-    evidence = EvidenceReader.of(RecordedFile(bag)).evidence(bag)
-    diagnosis = diagnose(evidence, load_robot(find("robots", "waffle")))
+    diagnosis = diagnose(evidence_of(bag), load_robot(find("robots", "waffle")))
     named = {each.name: each for each in diagnosis.faults}
     assert set(named) == set(expected)
     for name, (start, end) in expected.items():
@@ -185,10 +191,7 @@ def _empty_folder(folder: Path) -> Path:
     ],
 )
 def test_bad_recordings_are_refused(
-    make: Callable[[Path], Path],
-    message: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    make: Callable[[Path], Path], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """With a message that names the file, and without a case."""
     path = make(tmp_path)
@@ -202,7 +205,7 @@ def test_bad_recordings_are_refused(
 def test_poses_of_odometry_that_drifts_are_corrected_by_scans(tmp_path: Path) -> None:
     """Without a map, walls are straight although the wheels count wrong."""
     bag = recorded(tmp_path, "at 0.0: odometry_drift turn 4")
-    evidence = EvidenceReader.of(RecordedFile(bag)).evidence(bag)
+    evidence = evidence_of(bag)
     times, x, y, yaw = evidence.odometry.T[:4]
     odometry = Path2D(times, x, y, yaw, "odom")
     lost = replace(evidence, track=odometry, grid=None)
@@ -211,3 +214,67 @@ def test_poses_of_odometry_that_drifts_are_corrected_by_scans(tmp_path: Path) ->
     assert abs(counted.yaw - truth.yaw) > 0.2
     assert abs(corrected.yaw - truth.yaw) < 0.03
     assert math.dist((corrected.x, corrected.y), (truth.x, truth.y)) < 0.05
+
+
+HALF_X, HALF_Y = 4.0, 3.0
+"""Of a room, m."""
+POST = (1.0, 2.2)
+RAYS = 360
+REST_S, SPEED = 2.0, 0.4
+
+
+def _ranges(x: float, generator: np.random.Generator) -> Any:
+    """Return the ranges of a lidar in a room, which has a dark wall ahead and a thin post."""
+    angles = np.arange(RAYS) * math.tau / RAYS
+    cos, sin = np.cos(angles), np.sin(angles)
+    with np.errstate(divide="ignore"):
+        to_x = np.where(cos > 0, HALF_X - x, -HALF_X - x) / cos
+        to_y = np.where(sin > 0, HALF_Y, -HALF_Y) / sin
+    ranges = np.minimum(np.where(to_x > 0, to_x, np.inf), np.where(to_y > 0, to_y, np.inf))
+    lost = np.where(ranges == to_x, 0.6, 0.2)  # in a dark wall, in another
+    along = (POST[0] - x) * cos + POST[1] * sin
+    across = np.abs(POST[1] * cos - (POST[0] - x) * sin)
+    ranges = np.where((across < 0.04) & (along > 0), along, ranges)
+    ranges += generator.normal(0.0, 0.01 * np.maximum(ranges - 1, 0.5))
+    return np.where(generator.random(RAYS) < lost, np.inf, ranges)
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A robot rests, drives through the room, and rests; it sends no goals, and has no map."""
+    generator = np.random.default_rng(1)
+    written = RobotBag(tmp_path_factory.mktemp("bag") / "room.mcap")
+    for step in range(200):
+        time_s = step * 0.05
+        drives = REST_S <= time_s < 2 * REST_S + 3
+        x = -1.0 + SPEED * min(max(time_s - REST_S, 0.0), REST_S + 3)
+        written.odometry(time_s, x=x, speed=SPEED if drives else 0.0)
+        if step % 2 == 0:
+            written.scan(time_s, _ranges(x, generator).tolist(), increment=math.tau / RAYS)
+    return written.close()
+
+
+def test_a_lidar_that_loses_rays_keeps_its_walls(room: Path) -> None:
+    """Nothing comes, moves or fails: the walls and the post are in the world."""
+    evidence = matched(evidence_of(room))
+    diagnosis = diagnose(evidence, load_robot(find("robots", "burger")))
+    assert [fault.name for fault in diagnosis.faults] == []
+    middles = np.array([(HALF_X, 0.5), (-HALF_X, 0.5), (0.5, HALF_Y), (0.5, -HALF_Y)])
+    assert diagnosis.around.distances(middles).max() < 0.1
+    assert diagnosis.around.distances(np.array([POST]))[0] < 0.15
+
+
+@pytest.mark.thorough
+def test_a_path_without_goals_is_driven_after_the_same_rest(
+    room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Goals of the simulation have none of the recording to be compared with."""
+    words = ["-o", str(tmp_path / "case"), "--robot", "burger", "--budget", "1"]
+    assert main(["reproduce", str(room), *words, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["verdict_recorded"]["outcome"] == "any"
+    assert (result["goals_recorded"], result["events"]) == ([], [])
+    assert [text for text in result["unexplained"] if "goals" in text] == []
+    mission = (tmp_path / "case" / "mission.yaml").read_text(encoding="utf-8")
+    assert "wait: 1.8" in mission
+    assert mission.count("navigate_through_poses") == 1

@@ -16,9 +16,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from bt_mission.cli.doctor import BROWSERS
 
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+IN_BROWSER = [
+    pytest.mark.process,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
+]
+"""The marks of tests that need it."""
 PATIENCE_S = 120
 """How long it may say nothing: a page that hangs fails one test, and ends no process of tests."""
 

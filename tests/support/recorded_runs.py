@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.reader import make_reader
+from mcap.summary import Summary
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -43,8 +45,8 @@ class Received:
     message: Any
 
 
-def messages_for_others(path: Path) -> list[Received]:
-    """Every message of a file, decoded by rosbags."""
+def messages_for_others(path: Path, *topics: str) -> list[Received]:
+    """Every message of a file, or of these topics, decoded by rosbags."""
     store = get_typestore(Stores.EMPTY)
     with Reader(path) as reader:
         for connection in reader.connections:
@@ -52,7 +54,16 @@ def messages_for_others(path: Path) -> list[Received]:
         return [
             Received(connection.topic, time_ns, store.deserialize_cdr(data, connection.msgtype))
             for connection, time_ns, data in reader.messages()
+            if not topics or connection.topic in topics
         ]
+
+
+def summary_of(path: Path) -> Summary:
+    """The summary of a file, read by the library of MCAP's makers."""
+    with path.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    return summary
 
 
 @dataclass

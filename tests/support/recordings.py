@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 
+from bt_mission.language.mission import Mission
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile
+from bt_mission.recording.writer import RunRecorder
+from bt_mission.sessions.load import load
+from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
+
+Message = tuple[Channel, int, bytes]
 
 MISSION = """\
 mission: there and back
@@ -36,36 +43,43 @@ tree:
 @cache
 def recording() -> Path:
     """A recorded run of the mission; made once."""
-    from bt_mission.recording.writer import RunRecorder  # noqa: PLC0415
-    from bt_mission.sessions.load import load  # noqa: PLC0415 - after the environment is set
-    from bt_mission.sessions.stage import Stage  # noqa: PLC0415
+    path = Path(mkdtemp()) / "run.mcap"
+    stage = recorded_run(load(MISSION), path)
+    assert stage.executive.status == "success", stage.executive.reason
+    return path
 
-    folder = Path(mkdtemp())
-    path = folder / "run.mcap"
+
+def recorded_run(mission: Mission, path: Path, options: StageOptions | None = None) -> Stage:
+    """Run a mission on the stage, and record it. Return the stage, which is closed."""
+    images = path.parent / "images"
     with (
-        Stage(load(MISSION), image_folder=folder, say=lambda _: None) as stage,
+        Stage(mission, image_folder=images, say=lambda _: None, options=options) as stage,
         RunRecorder(stage, path) as recorder,
     ):
         while not stage.is_done:
             stage.step()
-        assert stage.executive.status == "success", stage.executive.reason
         recorder.finish(stage.report(1.0).as_dict())
-    return path
+    return stage
+
+
+def write_messages(file: McapFile, messages: Iterable[Message]) -> Path:
+    """Write messages into a file, and close it; return its path."""
+    numbers: dict[Channel, int] = {}
+    for channel, time_ns, data in messages:
+        if channel not in numbers:
+            numbers[channel] = file.channel(
+                channel.topic, channel.type_name, channel.definition, {}
+            )
+        file.write(time_ns, [(numbers[channel], data)])
+    file.close()
+    return file.path
 
 
 def edited(path: Path, keep: Callable[[Channel, int], bool]) -> Path:
     """The messages that are kept, as another recorder would have written them."""
-    source, copy = RecordedFile(recording()), McapFile(path, "another")
-    numbers: dict[Channel, int] = {}
-    for channel, time_ns, data in source.messages():
-        if keep(channel, time_ns):
-            if channel not in numbers:
-                numbers[channel] = copy.channel(
-                    channel.topic, channel.type_name, channel.definition, {}
-                )
-            copy.write(time_ns, [(numbers[channel], data)])
-    copy.close()
-    return path
+    messages = RecordedFile(recording()).messages()
+    kept = (message for message in messages if keep(message[0], message[1]))
+    return write_messages(McapFile(path, "another"), kept)
 
 
 def with_facts(
@@ -86,12 +100,4 @@ def with_facts(
     copy.note(note, {name: text for name, text in facts.items() if text is not None})
     for attached in source.attached:
         copy.attach(attached.name, attached.media_type, attached.data, attached.time_ns)
-    numbers: dict[Channel, int] = {}
-    for channel, time_ns, data in messages:
-        if channel not in numbers:
-            numbers[channel] = copy.channel(
-                channel.topic, channel.type_name, channel.definition, {}
-            )
-        copy.write(time_ns, [(numbers[channel], data)])
-    copy.close()
-    return path
+    return write_messages(copy, messages)

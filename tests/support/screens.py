@@ -12,7 +12,7 @@ from textual.pilot import Pilot
 
 from bt_mission.views.terminal.marks import SIGNS, Marks
 from bt_mission.views.tui.app import WatchApp
-from tests.support.watched import ScriptedExecutive, ScriptedGraph
+from tests.support.watched import ScriptedExecutive, ScriptedGraph, begun
 
 
 class Screen:
@@ -60,15 +60,17 @@ class Screen:
 def on_screen(
     play: Callable[[Screen], Awaitable[None]],
     *executives: ScriptedExecutive,
+    make: Callable[[], ScriptedExecutive] = begun,
     size: tuple[int, int] = (80, 24),
     marks: Marks = SIGNS,
     **options: Any,
 ) -> None:
-    """Play a scene on a view of this size; without executives one that has begun a mission."""
-    if not executives:
-        executives = (ScriptedExecutive(),)
-        executives[0].begin()
-    graph = ScriptedGraph(*executives)
+    """Play a scene on a view of this size.
+
+    Args:
+        make: Makes the executive, where none is passed.
+    """
+    graph = ScriptedGraph(*(executives or (make(),)))
 
     async def scene() -> None:
         app = WatchApp(graph, marks, **options)

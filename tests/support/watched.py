@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
 
 from py_trees.common import Status
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.events import events, messages
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, ListedExecutive, Received
+from bt_mission.executive.report import Report
 from bt_mission.goals.poses import NamedPose
 
 S = 1_000_000_000
@@ -254,6 +256,40 @@ class ScriptedExecutive:
 
     def close(self) -> None:
         self.closed = True
+
+
+def begun(outline: str = EXPLORE, name: str = "/bt_mission") -> ScriptedExecutive:
+    """An executive whose mission has begun."""
+    executive = ScriptedExecutive(outline, name)
+    executive.begin()
+    return executive
+
+
+class ScriptedRun:
+    """A session of so many steps, which ends when it is interrupted."""
+
+    def __init__(self, count: int) -> None:
+        self.executive = ScriptedExecutive()
+        self.graph = ScriptedGraph(self.executive)
+        self.interrupts = InterruptSignals()
+        self.taken = 0
+        self._count = count
+
+    def steps(self) -> Generator[float, None, Report]:
+        """Take the steps; return the report."""
+        self.executive.begin()
+        while self.taken < self._count and not self.interrupts.count:
+            self.taken += 1
+            self.executive.change(0.05, drive="running")
+            yield 0.0 if self.taken % 2 else 0.001
+        self.executive.stand("success")
+        facts = ("explore", "success", self.interrupts.name, None, "waffle", 7, 1.0, 1.0, 1.0)
+        return Report(*facts, 1, 0, 0, None, None, "hash")
+
+    def broken_steps(self) -> Generator[float, None, Report]:
+        """Take the steps, and fail."""
+        yield from self.steps()
+        raise ValueError("a defect")
 
 
 class ScriptedGraph:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
 
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import PageServer, WebOptions, WebServer
@@ -50,6 +51,15 @@ def live(server: WebServer, **options: Any) -> connect:
     address = urlsplit(server.link)
     options = {"origin": f"http://{address.netloc}", "max_size": None} | options
     return connect(f"ws://{address.netloc}{address.path}live", **options)
+
+
+async def closed(connection: Any) -> tuple[int, str]:
+    """The code and the reason with which the server closes a connection."""
+    with suppress(ConnectionClosed):
+        async for _ in connection:
+            pass
+    assert connection.close_code is not None
+    return connection.close_code, connection.close_reason
 
 
 class PageModel:

@@ -33,6 +33,11 @@ def served(scene: Scene) -> Callable[..., None]:
     return _test_of(scene, "shown", serve)
 
 
+def played(fixture: str, **options: Any) -> Callable[[Scene], Callable[..., None]]:
+    """Make a scene a test that a fixture plays: it begins with what the fixture passes."""
+    return lambda scene: _test_of(scene, fixture, lambda play, it: play(it, **options))
+
+
 def scene_on_page(**options: Any) -> Callable[[Scene], Callable[..., None]]:
     """Make a scene a test: it begins with the screen of a browser on the page."""
-    return lambda scene: _test_of(scene, "on_page", lambda play, it: play(it, **options))
+    return played("on_page", **options)

@@ -41,3 +41,10 @@ class Screen:
     async def shows(self, name: str, text: str) -> None:
         """Wait until an element has this text."""
         await self.until(f"document.getElementById({name!r}).textContent.includes({text!r})")
+
+    async def slide(self, at_s: float) -> None:
+        """Move to a time by the slider."""
+        await self.look(
+            f"(() => {{ const time = document.getElementById('time'); time.value = {at_s};"
+            " time.dispatchEvent(new Event('input')); })()"
+        )

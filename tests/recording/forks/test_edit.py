@@ -95,22 +95,21 @@ def test_what_a_tree_is_built_of_is_fixed(old: str, new: str) -> None:
     assert change.line > 0
 
 
-def test_the_first_place_is_told() -> None:
-    """Of a node more, one less, and another one."""
-    two = "mission: m\ntree:\n  sequence:\n    - wait: 1\n    - log: a\n"
-    for text, place, words in (
-        (f"{two}    - wait: 2\n", 6, "an additional node"),
-        (two.replace("    - log: a\n", ""), 3, "the node 'log' is missing"),
-        (two.replace("    - wait: 1\n", "    - check: true\n"), 4, "a node other than 'wait'"),
-    ):
-        change = frame_change(load(two), load(text))
-        assert change is not None
-        assert (change.line, words in change.message) == (place, True)
+TWO = "mission: m\ntree:\n  sequence:\n    - wait: 1\n    - log: a\n"
+NAMED = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
 
 
-def test_a_tree_that_is_gone() -> None:
-    """Is told by its name."""
-    text = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
-    change = frame_change(load(text), load("mission: m\ntree: {wait: 1}\n"))
+@pytest.mark.parametrize(
+    ("before", "after", "line", "words"),
+    [
+        (TWO, f"{TWO}    - wait: 2\n", 6, "an additional node"),
+        (TWO, TWO.replace("    - log: a\n", ""), 3, "the node 'log' is missing"),
+        (TWO, TWO.replace("- wait: 1", "- check: true"), 4, "a node other than 'wait'"),
+        (NAMED, "mission: m\ntree: {wait: 1}\n", 2, "a node other than 't'"),
+    ],
+)
+def test_the_first_place_is_told(before: str, after: str, line: int, words: str) -> None:
+    """Of a node more, one less, another one, and a tree that is gone."""
+    change = frame_change(load(before), load(after))
     assert change is not None
-    assert "a node other than 't'" in change.message
+    assert (change.line, words in change.message) == (line, True)

@@ -15,16 +15,30 @@ from bt_mission.core.nature import Nature, Profile
 from bt_mission.language.checks.requirements import read_requirements
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.edit import edited
+from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.robot_files import RobotFiles
-from bt_mission.recording.forks.source import NO_PYTHON, read_source
+from bt_mission.recording.forks.source import NO_PYTHON, ForkSource, read_source
 from bt_mission.recording.forks.stage import forked_stage
 from bt_mission.recording.verification import RecordedRequirements
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
+from tests.support.recordings import recorded_run
 from tests.support.robot_models import write_model
 from tests.support.thorough import sample
+
+SAME = ForkChange()
+
+
+def forked(
+    source: ForkSource, step_ns: int, change: ForkChange = SAME, limit_s: float | None = None
+) -> tuple[Stage, ForkResult]:
+    """Fork a run at a step, to its end; return the stage, which is closed, and the result."""
+    with forked_stage(source, change, step_ns, limit_s=limit_s) as (stage, finish):
+        while not stage.is_done:
+            stage.step()
+        return stage, finish(stage.reports(1.0))
 
 
 @pytest.mark.parametrize(
@@ -39,22 +53,14 @@ def test_the_same_happens_again_wherever_it_is_forked(
 ) -> None:
     """Byte for byte, to the end; campaigns/forks.py does it a thousand times."""
     path = tmp_path / "run.mcap"
-    mission = load(find("missions", name), set=inputs)
     options = StageOptions(nature=Nature(profile))
-    with Stage(mission, image_folder=tmp_path, say=lambda _: None, options=options) as stage:
-        recorder = RunRecorder(stage, path)
-        while not stage.is_done:
-            stage.step()
-        recorder.finish(stage.report(1.0).as_dict())
+    stage = recorded_run(load(find("missions", name), set=inputs), path, options)
     source = read_source(path)
     for step_ns in random.Random(1).sample(list(source.steps_ns), 2):
-        with forked_stage(source, ForkChange(), step_ns) as (again, finish):
-            while not again.is_done:
-                again.step()
-            result = finish(again.reports(1.0))
-            assert result.difference is None
-            assert result.report.trace_sha256 == stage.trace.sha256
-            assert again.trace.sha256 == source.summary["trace_sha256"]
+        again, result = forked(source, step_ns)
+        assert result.difference is None
+        assert result.report.trace_sha256 == stage.trace.sha256
+        assert again.trace.sha256 == source.summary["trace_sha256"]
 
 
 def test_a_robot_with_a_model_is_forked_where_its_files_are_not(
@@ -65,18 +71,11 @@ def test_a_robot_with_a_model_is_forked_where_its_files_are_not(
     home.mkdir()
     robot = write_model(home, "rosbot")
     text = f"mission: m\nrobot: {robot}\ntree: {{turn: {{angle: 20}}, timeout: 9}}\n"
-    with Stage(load(text), image_folder=tmp_path, say=lambda _: None) as stage:
-        recorder = RunRecorder(stage, path)
-        while not stage.is_done:
-            stage.step()
-        recorder.finish(stage.report(1.0).as_dict())
+    recorded_run(load(text), path)
     shutil.rmtree(home)
     monkeypatch.chdir(tmp_path)
     source = read_source(path)
-    with forked_stage(source, ForkChange(), source.steps_ns[9]) as (again, finish):
-        while not again.is_done:
-            again.step()
-        assert finish(again.reports(1.0)).difference is None
+    assert forked(source, source.steps_ns[9])[1].difference is None
     folder = Path(source.robot_files.document.file).parent
     assert {each.name for each in folder.rglob("*") if each.is_file()} == {
         *("rosbot.yaml", "rosbot.xml", "meshes.xml", "part.obj")
@@ -97,22 +96,10 @@ def test_the_files_of_a_model_stay_in_a_folder_that_goes_with_them() -> None:
 
 def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
     """So that a search goes on."""
-    path = tmp_path / "run.mcap"
-    with Stage(
-        load(find("missions", "square")), image_folder=tmp_path, say=lambda _: None
-    ) as stage:
-        recorder = RunRecorder(stage, path)
-        while not stage.is_done:
-            stage.step()
-        recorder.finish(stage.report(1.0).as_dict())
-    source = read_source(path)
-    with forked_stage(source, ForkChange({"speed": 0.05}), source.steps_ns[9], limit_s=5.0) as (
-        again,
-        finish,
-    ):
-        while not again.is_done:
-            again.step()
-        report = finish(again.reports(1.0)).report
+    recorded_run(load(find("missions", "square")), tmp_path / "run.mcap")
+    source = read_source(tmp_path / "run.mcap")
+    change = ForkChange({"speed": 0.05})
+    report = forked(source, source.steps_ns[9], change, limit_s=5.0)[1].report
     assert (report.status, report.reason) == ("interrupted", "it had not ended after 5 s")
 
 
@@ -144,10 +131,7 @@ def revised(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("revised")
     path = folder / "run.mcap"
     with Stage(
-        load(BASE),
-        image_folder=folder,
-        say=lambda _: None,
-        options=StageOptions(editable=True),
+        load(BASE), image_folder=folder, say=lambda _: None, options=StageOptions(editable=True)
     ) as stage:
         recorder = RunRecorder(stage, path)
         runner = stage.runner
@@ -171,10 +155,7 @@ def test_a_revised_run_happens_again(revised: Path, at_s: float) -> None:
     source = read_source(revised)
     kinds = [(version.is_after_step, version.keep_goals) for version in source.revisions]
     assert kinds == [(False, False), (False, False), (True, True)]
-    with forked_stage(source, ForkChange(), source.step_at(at_s)) as (again, finish):
-        while not again.is_done:
-            again.step()
-        result = finish(again.reports(1.0))
+    again, result = forked(source, source.step_at(at_s))
     assert result.difference is None
     assert again.trace.sha256 == source.summary["trace_sha256"]
 
@@ -188,13 +169,9 @@ def test_a_change_after_a_revision_is_one_of_the_version_of_that_time(
     other = tmp_path / "other.yaml"
     other.write_text(THIRD.replace("wait: 2", "wait: 0.5") + "    - log: bye\n")
     change = edited(source, other, NO_PYTHON, step_ns)
-    with forked_stage(source, change, step_ns) as (again, finish):
-        while not again.is_done:
-            again.step()
-        result = finish(again.reports(1.0))
-        assert [node.name for node in again.executive.nodes] == [
-            *("m", "log", "left", "pause", "late", "log")
-        ]
+    again, result = forked(source, step_ns, change)
+    names = [node.name for node in again.executive.nodes]
+    assert names == ["m", "log", "left", "pause", "late", "log"]
     assert (result.report.status, again.executive.revisions) == ("success", 3)
     assert result.same_events > 40
     assert source.seconds(step_ns) == pytest.approx(1.9, abs=0.05)

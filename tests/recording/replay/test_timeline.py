@@ -9,11 +9,9 @@ import pytest
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
 from bt_mission.recording.replay.player import TimelineSeeker
-from bt_mission.recording.replay.timeline import Timeline, beside, read_timeline
-from bt_mission.recording.writer import RunRecorder
+from bt_mission.recording.replay.timeline import beside, read_timeline
 from bt_mission.sessions.load import load
-from bt_mission.sessions.stage import Stage
-from tests.support.recordings import edited, recording
+from tests.support.recordings import edited, recorded_run, recording
 
 S = 1_000_000_000
 
@@ -150,14 +148,7 @@ def test_requirements_are_shown_as_they_were_then(tmp_path: Path) -> None:
     """The violation is in the log at its instant; margins come before it and after it."""
     path = tmp_path / "judged.mcap"
     text = "mission: m\nworld: empty_arena\nrequirements:\n  is quick: always time < 1.22\n"
-    mission = load(text + "tree:\n  wait: 2\n")
-    with (
-        Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage,
-        RunRecorder(stage, path) as recorder,
-    ):
-        while not stage.is_done:
-            stage.step()
-        recorder.finish({})
+    recorded_run(load(text + "tree:\n  wait: 2\n"), path)
     timeline = read_timeline(path)
     assert timeline.missing == ""
     seeker = TimelineSeeker(timeline)
@@ -173,7 +164,9 @@ def test_requirements_are_shown_as_they_were_then(tmp_path: Path) -> None:
 
 def test_the_zones_of_a_world_are_known(tmp_path: Path) -> None:
     """With their names and places, from the first instant that was recorded."""
-    timeline = recorded(tmp_path, "mission: m\nworld: nav_arena\ntree: {wait: 0.2}\n")
+    path = tmp_path / "run.mcap"
+    recorded_run(load("mission: m\nworld: nav_arena\ntree: {wait: 0.2}\n"), path)
+    timeline = read_timeline(path)
     zones = TimelineSeeker(timeline).seek(timeline.start_ns).robot.zones
     assert [zone.name for zone in zones] == ["A", "B", "C", "D"]
     assert (zones[0].x, zones[0].y, zones[0].radius) == (-1.85, -1.76, 0.4)
@@ -181,23 +174,12 @@ def test_the_zones_of_a_world_are_known(tmp_path: Path) -> None:
 
 def test_a_topic_of_another_type_with_the_name_of_the_zones_is_left_alone(tmp_path: Path) -> None:
     """It is no fault of the file."""
-    timeline = recorded(
-        tmp_path,
+    text = (
         "mission: m\nworld: empty_arena\ntree:\n  sequence:\n"
         "    - publish: {topic: /zones, type: std_msgs/msg/String, message: {data: none}}\n"
-        "    - wait: 0.2\n",
+        "    - wait: 0.2\n"
     )
+    recorded_run(load(text), tmp_path / "run.mcap")
+    timeline = read_timeline(tmp_path / "run.mcap")
     assert timeline.missing == ""
     assert TimelineSeeker(timeline).seek(timeline.end_ns).robot.zones == ()
-
-
-def recorded(folder: Path, mission: str) -> Timeline:
-    """A recorded run of a mission."""
-    with (
-        Stage(load(mission), image_folder=folder, say=lambda _: None) as stage,
-        RunRecorder(stage, folder / "run.mcap") as recorder,
-    ):
-        while not stage.is_done:
-            stage.step()
-        recorder.finish({})
-    return read_timeline(folder / "run.mcap")

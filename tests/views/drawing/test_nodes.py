@@ -61,10 +61,7 @@ def test_every_shipped_mission_has_an_outline(path: Path) -> None:
             "turn: {angle: 90}\n  timeout: 9\n  outputs: {angle_turned: turned}",
             "▶ turn  angle 90; within 9 s; turned := angle_turned",
         ),
-        (
-            "service: {name: stop, type: std_srvs/srv/Trigger}\n  name: halt",
-            "⇄ halt  /stop",
-        ),
+        ("service: {name: stop, type: std_srvs/srv/Trigger}\n  name: halt", "⇄ halt  /stop"),
         (
             "wait_for: {topic: bat, type: std_msgs/msg/Float32, until: data < 5}\n  timeout: 3",
             "▷ wait for bat  until data < 5; within 3 s",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import FrameTransform, Map, ScanPoints, ZoneDisc, Zones
+from bt_mission.events.messages import FrameTransform, Map, Robot, ScanPoints, ZoneDisc, Zones
 from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks, text_of
@@ -33,12 +33,17 @@ def drawn(
     return [text_of(row) for row in MapChart(marks).draw(robot, targets, columns, rows)]
 
 
-def placed(x: float, y: float, yaw: float) -> RobotState:
-    """A robot in the room."""
+def robot_of(*messages: Robot) -> RobotState:
+    """A robot that has sent these messages."""
     robot = RobotState()
-    robot.take(room())
-    robot.take((FrameTransform("map", "base_link", x, y, yaw),))
+    for message in messages:
+        robot.take(message)
     return robot
+
+
+def placed(x: float, y: float, yaw: float, *messages: Robot) -> RobotState:
+    """A robot in the room that has sent these messages, too."""
+    return robot_of(room(), (FrameTransform("map", "base_link", x, y, yaw),), *messages)
 
 
 def test_walls_robot_and_waypoints():
@@ -78,9 +83,9 @@ def test_the_trail_is_dotted():
 
 def test_a_scan_shows_what_the_map_does_not_know():
     """A hit on a wall, or a pixel beside it, colours the wall; another has a sign of its own."""
-    robot = placed(2.0, 2.0, 0.0)
-    robot.take((FrameTransform("base_link", "base_scan", 0.0, 0.0, 0.0),))
-    robot.take(ScanPoints("base_scan", 0.0, QUARTER, 0.1, 3.5, (1.0, 1.75)))
+    lidar = (FrameTransform("base_link", "base_scan", 0.0, 0.0, 0.0),)
+    scan = ScanPoints("base_scan", 0.0, QUARTER, 0.1, 3.5, (1.0, 1.75))
+    robot = placed(2.0, 2.0, 0.0, lidar, scan)
     rows = MapChart(SIGNS).draw(robot, (), 24, 12)
     hits = [text for row in rows for text, style in row if style == "scan"]
     assert len(hits) == 2
@@ -102,9 +107,7 @@ def test_what_is_not_known_is_shaded_within_what_is():
     for row in range(5, 35):
         for column in (5, 34) if 12 < row < 28 else range(5, 35):
             cells[row * 40 + column] = 0
-    robot = RobotState()
-    robot.take(Map(0.1, 40, 40, 0.0, 0.0, 0.0, bytes(cells)))
-    rows = drawn(robot)
+    rows = drawn(robot_of(Map(0.1, 40, 40, 0.0, 0.0, 0.0, bytes(cells))))
     assert any("░░░" in row for row in rows)
     assert all(row.strip("░ ") == "" for row in rows)
     assert not rows[0].strip()
@@ -112,17 +115,14 @@ def test_what_is_not_known_is_shaded_within_what_is():
 
 def test_a_map_that_is_turned_is_drawn_where_it_lies():
     """A quarter turn about its origin puts the room to the left of it."""
-    robot = RobotState()
-    robot.take(room(yaw=QUARTER))
-    robot.take((FrameTransform("map", "base_link", -2.0, 2.0, 0.0),))
+    robot = robot_of(room(yaw=QUARTER), (FrameTransform("map", "base_link", -2.0, 2.0, 0.0),))
     (row,) = (row for row in drawn(robot) if "→" in row)
     assert row.index("█") < row.index("→") < row.rindex("█")
 
 
 def test_without_a_map_what_is_seen_is_drawn():
     """The scan, the trail and the robot."""
-    robot = RobotState()
-    robot.take((FrameTransform("odom", "base_link", 0.0, 0.0, 0.0),))
+    robot = robot_of((FrameTransform("odom", "base_link", 0.0, 0.0, 0.0),))
     assert any("→" in row for row in drawn(robot))
 
 
@@ -130,9 +130,7 @@ def test_of_a_robot_of_which_nothing_is_known_nothing_is_drawn():
     """Nor on a terminal without room; a broken map is none."""
     assert drawn(RobotState()) == []
     assert drawn(placed(1.0, 1.0, 0.0), columns=0) == []
-    robot = RobotState()
-    robot.take(Map(0.1, 40, 40, 0.0, 0.0, 0.0, b"\0"))
-    assert drawn(robot) == []
+    assert drawn(robot_of(Map(0.1, 40, 40, 0.0, 0.0, 0.0, b"\0"))) == []
 
 
 def test_a_large_terminal_has_no_holes_in_its_walls():
@@ -144,8 +142,7 @@ def test_a_large_terminal_has_no_holes_in_its_walls():
 
 def test_zones_and_places_have_their_names_on_the_map():
     """Below the robot and its waypoints."""
-    robot = placed(1.0, 2.0, QUARTER)
-    robot.take(Zones((ZoneDisc("dock", 2.0, 2.0, 0.1, "#ffffff"),)))
+    robot = placed(1.0, 2.0, QUARTER, Zones((ZoneDisc("dock", 2.0, 2.0, 0.1, "#ffffff"),)))
     rows = drawn(robot, ((2.0, 1.0),))
     assert any("dock" in row for row in rows)
     assert "do1" in "".join(drawn(robot, ((2.4, 2.0),)))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 from typing import Any
 
+import pytest
+
 from bt_mission.events.events import NodeChanged
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.views.terminal.lines import (
@@ -22,27 +24,38 @@ LOG = LeafSummary("log", "0.1", 3, {"success": 3}, 0.0, 0.0)
 CHECK = LeafSummary("check", "0.2", 1, {"failure": 1}, 0.0, 0.0)
 
 
-def test_columns_stand_below_each_other() -> None:
-    """What took no time and succeeded is left out."""
-    assert leaf_table([DRIVE, LOG, CHECK], 80, SIGNS) == [
-        "  leaf   runs     time   driven  outcomes",
-        "  drive    12  85.50 s  16.10 m  10 succeeded, 2 canceled by condition",
-        "  check     1   0.00 s   0.00 m  failed",
-    ]
+WAIT = LeafSummary("wait", "0", 1, {"success": 1}, 2.0, None)
+BOTH = LeafSummary("a", "0", 6, {"succeeded": 4, "success": 1, "failure": 1}, 1.0, None)
 
 
-def test_without_distances_there_is_no_column_for_them() -> None:
-    """As attached to a robot."""
-    wait = LeafSummary("wait", "0", 1, {"success": 1}, 2.0, None)
-    assert leaf_table([wait], 80, SIGNS) == [
-        "  leaf  runs    time  outcomes",
-        "  wait     1  2.00 s  succeeded",
-    ]
-
-
-def test_nothing_to_tell() -> None:
-    """No table."""
-    assert leaf_table([LOG], 80, SIGNS) == []
+@pytest.mark.parametrize(
+    ("leaves", "lines"),
+    [
+        pytest.param(
+            [DRIVE, LOG, CHECK],
+            [
+                "  leaf   runs     time   driven  outcomes",
+                "  drive    12  85.50 s  16.10 m  10 succeeded, 2 canceled by condition",
+                "  check     1   0.00 s   0.00 m  failed",
+            ],
+            id="what took no time and succeeded is left out",
+        ),
+        pytest.param(
+            [WAIT],
+            ["  leaf  runs    time  outcomes", "  wait     1  2.00 s  succeeded"],
+            id="no column for distances that are not known",
+        ),
+        pytest.param(
+            [BOTH],
+            ["  leaf  runs    time  outcomes", "  a        6  1.00 s  5 succeeded, 1 failed"],
+            id="one word for goals and statuses",
+        ),
+        pytest.param([LOG], [], id="nothing to tell"),
+    ],
+)
+def test_columns_stand_below_each_other(leaves: list[LeafSummary], lines: list[str]) -> None:
+    """Of leaves, with their outcomes."""
+    assert leaf_table(leaves, 80, SIGNS) == lines
 
 
 def test_lines_fit_the_terminal() -> None:
@@ -63,14 +76,6 @@ def test_of_many_leaves_those_that_ran_longest_are_shown() -> None:
     assert len(lines) == MOST_ROWS + 2
     assert lines[1].split()[:2] == ["leaf", "30"]
     assert lines[-1] == "  and 30 leaves that ran for less time"
-
-
-def test_one_way_to_end_has_one_word() -> None:
-    """Whether a leaf was counted by its goal or by its status."""
-    leaf_summary = LeafSummary(
-        "a", "0.0", 6, {"succeeded": 4, "success": 1, "failure": 1}, 1.0, None
-    )
-    assert leaf_table([leaf_summary], 80, SIGNS)[1].endswith("5 succeeded, 1 failed")
 
 
 def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:

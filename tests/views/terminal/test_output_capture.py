@@ -79,12 +79,7 @@ def on_terminal(script: str, *arguments: str) -> list[str]:
 @pytest.mark.process
 def test_lines_are_taken_when_they_are_whole() -> None:
     """Whoever writes them, in the order written; what has no end comes at the end."""
-    assert on_terminal(VIEW) == [
-        "taken by Python",
-        "taken by C",
-        "left with no endlater",
-        "after",
-    ]
+    assert on_terminal(VIEW) == ["taken by Python", "taken by C", "left with no endlater", "after"]
 
 
 @pytest.mark.process

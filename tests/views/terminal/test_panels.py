@@ -23,14 +23,6 @@ from bt_mission.views.terminal.panels import (
 from tests.support.watched import S, ScriptedExecutive, goal_in, known
 
 
-@pytest.fixture
-def executive() -> ScriptedExecutive:
-    """One that has begun."""
-    executive = ScriptedExecutive()
-    executive.begin()
-    return executive
-
-
 @pytest.mark.parametrize(
     ("status", "reason", "shown"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -61,7 +62,7 @@ def test_a_line_now_and_then_where_there_is_no_terminal(clock: Clock) -> None:
 def test_a_terminal_shows_all_lines_and_keeps_none(
     clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Names cannot command it; the same without `--plain`."""
+    """Names cannot command it."""
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
     with Progress("a\x1b[2J", 2, lambda: ([], ["below"]), stream) as progress:
@@ -71,20 +72,22 @@ def test_a_terminal_shows_all_lines_and_keeps_none(
     assert "a\\x1b[2J: 0 of 2" in shown
     assert "a\\x1b[2J: 1 of 2   1/s   1 s left" in shown
     assert "below" in shown
-    plain = Terminal()
-    with Progress("a", 2, lambda: ([], ["below"]), plain, plain=True) as progress:
-        clock(LINE_S)
-        progress.show(1)
-    assert plain.getvalue() == "a: 1 of 2   0.1/s   10 s left below\n"
 
 
-def test_it_can_be_quiet(clock: Clock) -> None:
-    """Where a program reads."""
+@pytest.mark.parametrize(
+    ("options", "shown"),
+    [({"plain": True}, "a: 1 of 2   0.1/s   10 s left below\n"), ({"quiet": True}, "")],
+    ids=["plain", "quiet"],
+)
+def test_a_terminal_gets_lines_or_nothing_on_request(
+    clock: Clock, options: dict[str, Any], shown: str
+) -> None:
+    """Nothing where a program reads."""
     stream = Terminal()
-    with Progress("a", 2, lambda: ([], []), stream, quiet=True) as progress:
+    with Progress("a", 2, lambda: ([], ["below"]), stream, **options) as progress:
         clock(LINE_S)
         progress.show(1)
-    assert stream.getvalue() == ""
+    assert stream.getvalue() == shown
 
 
 @pytest.mark.parametrize(

@@ -79,14 +79,21 @@ def test_a_folded_node_says_how_much_it_hides(mission: MissionState):
     assert text_of(tree_row(mission, outline, 2, 80, SIGNS)) == "   ▶ repeat [+2]  3.50 s"
 
 
-def test_a_deep_node_is_not_pushed_out(mission: MissionState):
-    """The indent ends at a third of the width."""
-    executive = ScriptedExecutive("\n".join("  " * i + f"n{i}" for i in range(50)))
+def test_a_tree_of_two_thousand_levels_is_arranged() -> None:
+    """Without recursion; the indent of a row ends at a third of the width."""
+    executive = ScriptedExecutive("\n".join("  " * i + f"n{i}" for i in range(2_000)))
     executive.begin()
     deep = known(executive)
     assert deep.tree is not None
-    row = text_of(tree_row(deep, Outline(deep.tree.nodes), 49, 30, SIGNS))
-    assert row == " " * 11 + "· n49"
+    outline = Outline(deep.tree.nodes)
+    row = text_of(tree_row(deep, outline, 1_999, 30, SIGNS))
+    assert row == " " * 11 + "· n1999"
+    outline.fold(1_999)  # a leaf does not fold
+    for top in (10, 5):  # a fold within another one
+        outline.fold(top)
+        assert (len(outline.rows), outline.row_of(1_999)) == (top + 1, top)
+    assert outline.reveal(8) == 8
+    assert outline.folded == {10}
 
 
 @pytest.mark.parametrize(

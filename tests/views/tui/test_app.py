@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
 from bt_mission.events.source import ListedExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
 from tests.support.screens import Screen, on_screen, shown
-from tests.support.watched import ScriptedExecutive, goal_in
+from tests.support.watched import ScriptedExecutive, begun, goal_in
 
 
 @shown()
@@ -80,22 +82,24 @@ async def test_without_utf_8_every_sign_is_ascii(screen: Screen) -> None:
     assert screen.text.isascii()
 
 
-def test_nobody_there_is_said_and_looked_for():
-    """Until somebody comes."""
+def absent() -> ScriptedExecutive:
+    """An executive that has not come yet."""
     executive = ScriptedExecutive()
     executive.is_there = False
+    return executive
 
-    async def play(screen: Screen) -> None:
-        assert screen.rows[0] == " searching  no mission"
-        assert screen.rows[3] == "an executive was not found (a test)."
-        assert "bt-mission run FILE --visible" in screen.text
-        assert screen.rows[-1] == "c choose  ? help  q leave"
-        executive.is_there = True
-        executive.begin()
-        await screen.look()
-        assert screen.rows[0].startswith("explore  ▶ running")
 
-    on_screen(play, executive)
+@shown(make=absent)
+async def test_nobody_there_is_said_and_looked_for(screen: Screen) -> None:
+    """Until somebody comes."""
+    assert screen.rows[0] == " searching  no mission"
+    assert screen.rows[3] == "an executive was not found (a test)."
+    assert "bt-mission run FILE --visible" in screen.text
+    assert screen.rows[-1] == "c choose  ? help  q leave"
+    screen.executive.is_there = True
+    screen.executive.begin()
+    await screen.look()
+    assert screen.rows[0].startswith("explore  ▶ running")
 
 
 @shown()
@@ -116,10 +120,7 @@ async def test_an_executive_that_vanishes_is_waited_for(screen: Screen) -> None:
 
 def test_of_several_one_is_chosen_in_a_list():
     """At the start, and whenever somebody wants another one."""
-    first, second = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
-    first.begin()
-    second.outline = "patrol\n  go"
-    second.begin()
+    first, second = begun(name="/robot1/bt_mission"), begun("patrol\n  go", "/robot2/bt_mission")
 
     async def play(screen: Screen) -> None:
         assert "/robot1/bt_mission" in screen.text
@@ -138,8 +139,7 @@ def test_of_several_one_is_chosen_in_a_list():
 
 def test_one_that_is_named_is_taken_without_a_question():
     """Though there are others."""
-    first, second = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
-    second.begin()
+    first, second = (begun(name=f"/robot{n}/bt_mission") for n in (1, 2))
 
     async def play(screen: Screen) -> None:
         assert screen.rows[0].startswith("explore")
@@ -148,53 +148,56 @@ def test_one_that_is_named_is_taken_without_a_question():
     on_screen(play, first, second, name="/robot2/bt_mission")
 
 
-def test_an_executive_of_another_version_is_not_read():
-    """It is said why."""
-    executive = ScriptedExecutive()
-
-    async def play(screen: Screen) -> None:
-        screen.graph.faults["/bt_mission"] = ListedExecutive(
-            "/bt_mission", "its Tree messages are of another version", is_foreign=True
-        )
-        executive.is_there = True
-        await screen.look()
-        assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
-        assert screen.app.source is None
-
-    executive.is_there = False
-    on_screen(play, executive)
+FOREIGN = ListedExecutive(
+    "/bt_mission", "its Tree messages are of another version", is_foreign=True
+)
 
 
-def test_names_with_control_characters_are_shown_as_codes():
+@pytest.mark.parametrize(
+    ("listed", "row", "is_read"),
+    [
+        (FOREIGN, "/bt_mission: its Tree messages are of another version", False),
+        (
+            ListedExecutive("/bt_mission", "2 executives share this name"),
+            "2 executives share this name",
+            True,
+        ),
+    ],
+    ids=["another version", "two of one name"],
+)
+@shown(make=absent)
+async def test_an_executive_with_a_fault_is_told(
+    screen: Screen, listed: ListedExecutive, row: str, *, is_read: bool
+) -> None:
+    """One of another version is not read."""
+    screen.graph.faults["/bt_mission"] = listed
+    screen.executive.is_there = True
+    await screen.look()
+    assert screen.rows[-1] == row
+    assert (screen.app.source is screen.executive) is is_read
+
+
+@shown(make=partial(begun, "a\x1b[31m\x07b\n  \x9b2Jc"))
+async def test_names_with_control_characters_are_shown_as_codes(screen: Screen) -> None:
     """They neither move the cursor nor colour the screen."""
-    executive = ScriptedExecutive("a\x1b[31m\x07b\n  \x9b2Jc")
-    executive.begin()
-
-    async def play(screen: Screen) -> None:
-        assert "a\\x1b[31m\\x07b" in screen.text
-        assert "\\x9b2Jc" in screen.text
-        assert not any(
-            ord(letter) < 32 or ord(letter) == 0x9B for letter in screen.text.replace("\n", "")
-        )
-
-    on_screen(play, executive)
+    assert "a\\x1b[31m\\x07b" in screen.text
+    assert "\\x9b2Jc" in screen.text
+    letters = screen.text.replace("\n", "")
+    assert not any(ord(letter) < 32 or ord(letter) == 0x9B for letter in letters)
 
 
-def test_the_running_path_stays_in_view_in_a_long_tree():
+LONG = "\n".join(["root", *(f"  part {n}\n    leaf {n}" for n in range(200))])
+
+
+@shown(make=partial(begun, LONG))
+async def test_the_running_path_stays_in_view_in_a_long_tree(screen: Screen) -> None:
     """With what it runs below, as far as there is room."""
-    lines = ["root", *(f"  part {n}\n    leaf {n}" for n in range(200))]
-    executive = ScriptedExecutive("\n".join(lines))
-    executive.begin()
-
-    async def play(screen: Screen) -> None:
-        executive.change(leaf_150="running", part_150="running", root="running")
-        await screen.look()
-        assert screen.chosen.startswith("▶ leaf 150")
-        assert any("▶ part 150" in row for row in screen.rows)
-        assert screen.rows[1] == "root ▸ part 150 ▸ leaf 150"
-        assert "of 401" in screen.rows[2]
-
-    on_screen(play, executive)
+    screen.executive.change(leaf_150="running", part_150="running", root="running")
+    await screen.look()
+    assert screen.chosen.startswith("▶ leaf 150")
+    assert any("▶ part 150" in row for row in screen.rows)
+    assert screen.rows[1] == "root ▸ part 150 ▸ leaf 150"
+    assert "of 401" in screen.rows[2]
 
 
 @shown()
@@ -204,14 +207,7 @@ async def test_goals_are_listed_with_those_that_are_open_first(screen: Screen) -
         5.0,
         goals_sent=2,
         goals=(
-            goal_in(
-                "succeeded",
-                goal_id="ab" * 16,
-                action="/turn",
-                owner="turn away",
-                at_s=4,
-                sent_s=2,
-            ),
+            goal_in("succeeded", goal_id="ab" * 16, at_s=4, sent_s=2),
             goal_in("active", goal_id="cd" * 16, action="/explore_forward", owner="drive"),
         ),
     )
@@ -230,41 +226,17 @@ async def test_an_executive_that_comes_back_as_another_version_is_left(
 ) -> None:
     """Its messages are read no longer."""
     assert screen.app.source is screen.executive
-    screen.graph.faults["/bt_mission"] = ListedExecutive(
-        "/bt_mission", "its Tree messages are of another version", is_foreign=True
-    )
+    screen.graph.faults["/bt_mission"] = FOREIGN
     monkeypatch.setattr(app, "CHECK_S", 0.0)
     await screen.look()
     assert screen.executive.closed
     assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
 
 
-def test_two_of_one_name_are_told():
-    """They are watched with care."""
-    executive = ScriptedExecutive()
-    executive.is_there = False
-
-    async def play(screen: Screen) -> None:
-        screen.graph.faults["/bt_mission"] = ListedExecutive(
-            "/bt_mission", "2 executives share this name"
-        )
-        executive.is_there = True
-        await screen.look()
-        assert screen.rows[-1] == "2 executives share this name"
-        assert screen.app.source is executive
-
-    on_screen(play, executive)
-
-
-def test_who_does_not_want_to_wait_leaves():
+@shown(make=absent, wait_s=0.0)
+async def test_who_does_not_want_to_wait_leaves(screen: Screen) -> None:
     """With a code that scripts can read."""
-    executive = ScriptedExecutive()
-    executive.is_there = False
-
-    async def play(screen: Screen) -> None:
-        assert screen.app.return_code == 1
-
-    on_screen(play, executive, wait_s=0.0)
+    assert screen.app.return_code == 1
 
 
 @shown()
@@ -290,3 +262,33 @@ async def test_who_has_gone_is_not_offered_anything(screen: Screen) -> None:
     screen.executive.stand("success")
     await screen.look()
     assert screen.rows[-1].startswith("/ search")
+
+
+@pytest.mark.parametrize("count", [1, 20])
+def test_requirements_have_a_panel(count: int):
+    """Where there is room, at once; else it is the next one. Enlarged, twenty stand there."""
+
+    async def narrow(screen: Screen) -> None:
+        names = [f"number_{number}" for number in range(count)]
+        verdicts = dict.fromkeys(names, "open 0.2") | {names[-1]: "violated -0.1"}
+        screen.executive.judge(**verdicts)
+        await screen.look()
+        assert f"✗ 1 of {count} violated" in screen.rows[0]
+        assert "Tab requirements" in screen.rows[-1]
+        await screen.press("tab")
+        await screen.press("z")
+        assert screen.rows[3].startswith(f"✗ violated number {count - 1}")
+        assert screen.text.count("▶ open ") == count - 1
+        await screen.press("z")
+        await screen.press("tab")
+        assert "─ goals" in screen.text
+
+    on_screen(narrow)
+
+    async def wide(screen: Screen) -> None:
+        screen.executive.judge(**{f"number_{number}": "open 0.2" for number in range(count)})
+        await screen.look()
+        await screen.look()
+        assert f"─ requirements: {count} open ─" in screen.text
+
+    on_screen(wide, size=(120, 40))

@@ -54,16 +54,17 @@ async def test_the_answer_to_a_wish_is_shown(screen: Screen) -> None:
     assert screen.rows[-1] == "the mission is not paused"
 
 
+@pytest.mark.parametrize("name", ["drive", "0.1.0"])
 @shown()
-async def test_a_breakpoint_is_removed_by_the_same_key(screen: Screen) -> None:
-    """By the name by which it was set."""
+async def test_a_breakpoint_is_removed_by_the_same_key(screen: Screen, name: str) -> None:
+    """By the name or path by which it was set."""
     await running(screen)
-    screen.executive.detail(breakpoints=("drive",))
+    screen.executive.detail(breakpoints=(name,))
     await screen.look()
     assert screen.chosen.startswith("▶ drive")
     assert any(row.startswith("»●") for row in screen.rows)
     await screen.press("b")
-    assert screen.executive.commands == [ControlRequest(Verb.UNBREAK, "drive")]
+    assert screen.executive.commands == [ControlRequest(Verb.UNBREAK, name)]
 
 
 @pytest.mark.parametrize(
@@ -97,16 +98,9 @@ async def test_nodes_are_folded_and_unfolded(screen: Screen) -> None:
     await screen.press("up", "left")
     assert screen.chosen.startswith("▶ repeat [+2]")
     assert "turn away" not in screen.text
-    await screen.press("right")
-    assert "turn away" in screen.text
-    await screen.press("enter")
-    assert "turn away" not in screen.text
-    await screen.press("space")
-    assert "turn away" in screen.text
-    await screen.press("asterisk")
-    assert "turn away" not in screen.text
-    await screen.press("asterisk")
-    assert "turn away" in screen.text
+    for number, key in enumerate(("right", "enter", "space", "asterisk", "asterisk")):
+        await screen.press(key)
+        assert ("turn away" in screen.text) is (number % 2 == 0), key
 
 
 @shown()

@@ -1,59 +1,37 @@
-"""A mission that is carried out within the view's own loop."""
+"""A mission that runs within the view's own loop."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Generator
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executive.report import Report
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.run_app import RunApp
 from tests.support.screens import Screen
-from tests.support.watched import ScriptedExecutive, ScriptedGraph
-
-REPORT = Report(
-    "explore", "success", "", None, "waffle", 7, 1.0, 1.0, 1.0, 1, 0, 0, None, None, "hash"
-)
+from tests.support.watched import ScriptedRun
 
 
-class Drive:
-    """A session that takes so many steps, and ends when it is interrupted."""
-
-    def __init__(self, executive: ScriptedExecutive, count: int) -> None:
-        self.interrupts = InterruptSignals()
-        self.taken = 0
-        self._executive = executive
-        self._count = count
-
-    def steps(self) -> Generator[float, None, Report]:
-        self._executive.begin()
-        while self.taken < self._count and not self.interrupts.count:
-            self.taken += 1
-            self._executive.change(0.05, drive="running")
-            yield 0.0 if self.taken % 2 else 0.001
-        self._executive.stand("success")
-        return replace(REPORT, reason=self.interrupts.name)
+def app_of(run: ScriptedRun, steps: Generator[float, None, Report] | None = None) -> RunApp[Report]:
+    """The view of a run."""
+    return RunApp(run.graph, SIGNS, run.executive.name, steps or run.steps(), run.interrupts)
 
 
-def on_run(play: Any, count: int) -> Drive:
+def on_run(play: Any, count: int) -> ScriptedRun:
     """Play a scene on the view of a run of so many steps."""
-    executive = ScriptedExecutive()
-    drive = Drive(executive, count)
+    run = ScriptedRun(count)
 
     async def scene() -> None:
-        graph = ScriptedGraph(executive)
-        app = RunApp(graph, SIGNS, executive.name, drive.steps(), drive.interrupts)
+        app = app_of(run)
         async with app.run_test(size=(80, 24)) as pilot:
             await pilot.pause()
-            await play(Screen(app, pilot, graph))
+            await play(Screen(app, pilot, run.graph))
 
     asyncio.run(scene())
-    return drive
+    return run
 
 
 async def ended(screen: Screen) -> None:
@@ -89,8 +67,7 @@ def test_leaving_ends_the_mission_first():
         await ended(screen)
         assert screen.app.report.reason == "the user"  # type: ignore[attr-defined]
 
-    drive = on_run(play, 1_000_000)
-    assert drive.interrupts.count == 1
+    assert on_run(play, 1_000_000).interrupts.count == 1
 
 
 def test_leaving_twice_leaves_at_once():
@@ -108,24 +85,15 @@ def test_leaving_twice_leaves_at_once():
 
 def test_a_view_that_breaks_ends_the_mission_in_good_order(monkeypatch: pytest.MonkeyPatch):
     """All its steps are taken, and the report is there."""
-    executive = ScriptedExecutive()
-    drive = Drive(executive, 1_000_000)
-    graph = ScriptedGraph(executive)
-    app = RunApp(graph, SIGNS, executive.name, drive.steps(), drive.interrupts)
+    app = app_of(ScriptedRun(1_000_000))
     monkeypatch.setattr(app, "run", lambda: None)
     assert app.run_to_the_end().reason == "the end of the view"
 
 
 def test_an_exception_of_the_session_closes_the_view(monkeypatch: pytest.MonkeyPatch):
     """It is raised for the command, once the terminal is as before."""
-    executive = ScriptedExecutive()
-    drive = Drive(executive, 5)
-
-    def broken() -> Generator[float, None, Report]:
-        yield from drive.steps()
-        raise ValueError("a defect")
-
-    app = RunApp(ScriptedGraph(executive), SIGNS, executive.name, broken(), drive.interrupts)
+    run = ScriptedRun(5)
+    app = app_of(run, run.broken_steps())
 
     async def scene() -> None:
         async with app.run_test(size=(80, 24)) as pilot:

@@ -5,18 +5,9 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.events.messages import FrameTransform
-from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.terminal.tree_rows import scrolled_to
 from bt_mission.views.tui.watch_model import WatchModel
-from tests.support.watched import S, ScriptedExecutive
-
-
-@pytest.fixture
-def executive() -> ScriptedExecutive:
-    """One that has begun."""
-    executive = ScriptedExecutive()
-    executive.begin()
-    return executive
+from tests.support.watched import S, ScriptedExecutive, begun
 
 
 @pytest.fixture
@@ -29,22 +20,18 @@ def outlook(executive: ScriptedExecutive) -> WatchModel:
 
 def test_a_new_mission_begins_with_a_new_tree(executive: ScriptedExecutive, outlook: WatchModel):
     """Folds, selection and trail are those of the mission before."""
+
+    def place(model: WatchModel) -> tuple[int, int, int]:
+        return model.cursor, len(model.mission.robot.trail), len(model.outline.rows)
+
     executive.show((FrameTransform("map", "base_link", 1.0, 0.0, 0.0),))
     outlook.take(executive.take(needs_statuses=False), 1.0)
     outlook.move(2)
     outlook.fold()
-    assert (outlook.cursor, len(outlook.mission.robot.trail), len(outlook.outline.rows)) == (
-        2,
-        1,
-        3,
-    )
+    assert place(outlook) == (2, 1, 3)
     executive.begin("another")
     outlook.take(executive.take(needs_statuses=False), 2.0)
-    assert (outlook.cursor, len(outlook.mission.robot.trail), len(outlook.outline.rows)) == (
-        0,
-        0,
-        5,
-    )
+    assert place(outlook) == (0, 0, 5)
 
 
 def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: WatchModel):
@@ -55,22 +42,13 @@ def test_the_pace_is_that_of_the_mission(executive: ScriptedExecutive, outlook: 
     assert outlook.pace.factor == pytest.approx(5.0)
 
 
-def test_a_breakpoint_is_a_switch(executive: ScriptedExecutive, outlook: WatchModel):
-    """Set by path; removed by whatever name it was set."""
-    outlook.move(3)
-    assert outlook.breakpoint() == ControlRequest(Verb.BREAK, "0.1.0")
-    executive.detail(breakpoints=("0.1.0",))
-    outlook.take(executive.take(needs_statuses=False), 0.0)
-    assert outlook.breakpoint() == ControlRequest(Verb.UNBREAK, "0.1.0")
-    assert WatchModel().breakpoint() is None
-
-
 def test_without_a_mission_no_key_does_harm():
     """There is nothing to select, to fold or to find."""
     outlook = WatchModel()
     for act in (outlook.fold, outlook.unfold, outlook.toggle, outlook.fold_all, outlook.follow):
         act()
     outlook.move(1)
+    assert outlook.breakpoint() is None
     assert not outlook.search("x", 0)
     assert (outlook.rows_in_view(10), outlook.running_path, outlook.cursor_row) == ([], [], 0)
 
@@ -121,8 +99,7 @@ def test_only_what_has_come_counts_as_news(executive: ScriptedExecutive, outlook
 
 def test_nodes_are_called_by_their_names():
     """A path says which where several have the name."""
-    executive = ScriptedExecutive("root\n  drive\n  turn\n  turn\n")
-    executive.begin()
+    executive = begun("root\n  drive\n  turn\n  turn\n")
     outlook = WatchModel()
     outlook.take(executive.take(needs_statuses=False), 0.0)
     assert outlook.with_names("pauses before '0.0'") == "pauses before 'drive'"

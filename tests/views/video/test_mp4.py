@@ -15,6 +15,12 @@ from bt_mission.views.video.mp4 import Mp4File
 av = pytest.importorskip("av")
 
 
+@pytest.fixture
+def file(tmp_path: Path) -> Mp4File:
+    """A file of 20 small frames a second."""
+    return Mp4File(tmp_path / "film.mp4", 160, 120, 20)
+
+
 def grey(level: int) -> np.ndarray:
     """A picture of one brightness."""
     return np.full((120, 160, 3), level, dtype=np.uint8)
@@ -26,9 +32,8 @@ def decoded(path: Path) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
 
 
-def test_frames_come_back(tmp_path: Path) -> None:
+def test_frames_come_back(file: Mp4File) -> None:
     """As many as were added, in their order and brightness, at the rate of the film."""
-    file = Mp4File(tmp_path / "film.mp4", 160, 120, 20)
     for level in range(0, 250, 10):
         file.add(grey(level))
     file.add(grey(250), 5)
@@ -39,19 +44,17 @@ def test_frames_come_back(tmp_path: Path) -> None:
     assert (file.fault, file.bytes) == (None, file.path.stat().st_size)
 
 
-def test_colours_are_kept(tmp_path: Path) -> None:
+def test_colours_are_kept(file: Mp4File) -> None:
     """Pure ones, as near as 4:2:0 allows."""
     picture = grey(0)
     picture[:, :, 0] = 200
-    file = Mp4File(tmp_path / "film.mp4", 160, 120, 20)
     file.add(picture)
     file.close()
     assert decoded(file.path)[0][60, 80] == pytest.approx((200, 0, 0), abs=6)
 
 
-def test_browsers_and_phones_play_it(tmp_path: Path) -> None:
+def test_browsers_and_phones_play_it(file: Mp4File) -> None:
     """H.264 with 4:2:0 in an MP4 file that says its length."""
-    file = Mp4File(tmp_path / "film.mp4", 160, 120, 20)
     file.add(grey(9), 40)
     file.close()
     with av.open(str(file.path)) as container:
@@ -95,9 +98,8 @@ def test_a_file_that_cannot_be_opened(tmp_path: Path) -> None:
         Mp4File(tmp_path / "no" / "film.mp4", 160, 120, 20)
 
 
-def test_closing_twice_is_closing(tmp_path: Path) -> None:
+def test_closing_twice_is_closing(file: Mp4File) -> None:
     """Nothing is added afterwards."""
-    file = Mp4File(tmp_path / "film.mp4", 160, 120, 20)
     file.add(grey(1))
     file.close()
     size = file.path.stat().st_size

@@ -15,6 +15,7 @@ from tests.support.web_screen import Screen
 NEEDED = ("starlette", "uvicorn", "websockets")
 SERVING = [
     "test_gate.py",
+    "test_guard.py",
     "test_server.py",
     "test_run.py",
     "test_in_browser.py",
@@ -23,14 +24,6 @@ SERVING = [
 ]
 
 collect_ignore_glob = [] if all(find_spec(name) for name in NEEDED) else SERVING
-
-
-@pytest.fixture
-def executive() -> ScriptedExecutive:
-    """One whose mission has begun."""
-    executive = ScriptedExecutive()
-    executive.begin()
-    return executive
 
 
 @pytest.fixture
@@ -47,10 +40,12 @@ def on_page(
     from bt_mission.views.web.server import WebOptions, WebServer  # noqa: PLC0415 - the extra
     from tests.support.web_pages import serve  # noqa: PLC0415 - as above
 
-    def play(scene: Callable[[Screen], Awaitable[None]], *, is_read_only: bool = False) -> None:
+    def play(
+        scene: Callable[[Screen], Awaitable[None]], *, width: int = 1200, is_read_only: bool = False
+    ) -> None:
         async def visited(server: WebServer) -> None:
             screen = Screen(chromium)
-            await screen.visit(server.link)
+            await screen.visit(server.link, width)
             await screen.until("document.querySelectorAll('.row').length >= 5")
             await scene(screen)
             await screen.look("document.body.remove()")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from importlib.resources import files
 from typing import Any
 
 import pytest
@@ -12,19 +14,18 @@ from tests.support.web_pages import fetch, live
 from tests.support.web_scenes import served
 
 
-def refused(error: pytest.ExceptionInfo[InvalidStatus]) -> int:
-    """The status with which a WebSocket was refused."""
-    return error.value.response.status_code
+async def websocket_is_refused(server: WebServer, **options: Any) -> None:
+    """Assert that the server gives no WebSocket."""
+    with pytest.raises(InvalidStatus) as error:
+        async with live(server, **options):
+            pass
+    assert error.value.response.status_code == 403
 
 
 @served
 async def test_the_page_and_its_files_come_with_the_token_in_their_path(server: WebServer) -> None:
     """Each with a policy that allows nothing from elsewhere and no script but files."""
-    for name, kind in (
-        ("", "text/html"),
-        ("app.js", "text/javascript"),
-        ("style.css", "text/css"),
-    ):
+    for name, kind in (("", "text/html"), ("app.js", "text/javascript"), ("style.css", "text/css")):
         status, headers, body = await fetch(server, f"/{server.token}/{name}")
         assert (status, headers["content-type"]) == (200, f"{kind}; charset=utf-8")
         policy = headers["content-security-policy"]
@@ -80,17 +81,27 @@ async def test_a_tunnel_may_have_another_port(server: WebServer, host: str) -> N
 @served
 async def test_pages_of_others_get_no_websocket(server: WebServer, origin: Any) -> None:
     """Nor does what says of no page that it is one."""
-    with pytest.raises(InvalidStatus) as error:
-        async with live(server, origin=origin):
-            pass
-    assert refused(error) == 403
+    await websocket_is_refused(server, origin=origin)
 
 
 @served
 async def test_a_wrong_token_gets_no_websocket(server: WebServer) -> None:
     """As of a page that was left open over a restart."""
     server.link = server.link.replace(server.token, "A" * len(server.token))
-    with pytest.raises(InvalidStatus) as error:
-        async with live(server):
-            pass
-    assert refused(error) == 403
+    await websocket_is_refused(server)
+
+
+def test_every_key_of_the_page_is_listed_on_it():
+    """In the lists that it shows, and at the button that does the same."""
+    page = files("bt_mission.views.web") / "page"
+    scripts, markup = ((page / name).read_text("utf-8") for name in ("app.js", "index.html"))
+    listed = "".join(re.findall(r"<kbd>(.*?)</kbd>", markup))
+    keys = {
+        name: key.strip('"')
+        for line in re.findall(r"_KEYS = \{ (.*) \};", scripts)
+        for key, name in re.findall(r'("?[^\s,"]+"?): "([\w-]+)"', line)
+    }
+    assert len(keys) == 13
+    for name, key in keys.items():
+        assert key in listed, name
+        assert f'id="{name}" aria-keyshortcuts="{key}"' in markup

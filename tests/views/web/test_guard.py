@@ -5,10 +5,8 @@ from __future__ import annotations
 import asyncio
 import resource
 from contextlib import suppress
-from typing import Any
 
 import pytest
-from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 
 from bt_mission.core import guarded_server
@@ -16,7 +14,7 @@ from bt_mission.core.guarded_server import MOST_CONNECTIONS, Connections
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebServer
 from tests.support.watched import ScriptedExecutive
-from tests.support.web_pages import PageModel, fetch, live, serve
+from tests.support.web_pages import PageModel, closed, fetch, live, serve
 from tests.support.web_scenes import served
 
 
@@ -66,30 +64,24 @@ def test_no_more_connections_are_open_than_there_is_room_for(
 
 
 @pytest.mark.parametrize("sent", [b"", b"GET /", b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX"])
-def test_a_connection_without_a_whole_request_is_closed(
-    shown: LiveMission, monkeypatch: pytest.MonkeyPatch, sent: bytes
-):
+@served
+async def test_a_connection_without_a_whole_request_is_closed(
+    server: WebServer, monkeypatch: pytest.MonkeyPatch, sent: bytes
+) -> None:
     """Also one that has begun to send it, and one whose time is over before it is served."""
     monkeypatch.setattr(guarded_server, "REQUEST_S", 0.0)
-
-    async def scene(server: WebServer) -> None:
-        assert await raw(server, sent) == b""
-
-    serve(shown, scene)
+    assert await raw(server, sent) == b""
 
 
-def test_a_connection_that_has_been_answered_is_closed_without_another_request(
-    shown: LiveMission, monkeypatch: pytest.MonkeyPatch
-):
+@served
+async def test_a_connection_that_has_been_answered_is_closed_without_another_request(
+    server: WebServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A part of the next one does not keep it open."""
     monkeypatch.setattr(guarded_server, "KEEP_ALIVE_S", 0.01)
-
-    async def scene(server: WebServer) -> None:
-        path = f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
-        answer = await raw(server, path.encode() + b"GET / HTTP/1.1\r\nX")
-        assert answer.startswith(b"HTTP/1.1 200")
-
-    serve(shown, scene)
+    path = f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    answer = await raw(server, path.encode() + b"GET / HTTP/1.1\r\nX")
+    assert answer.startswith(b"HTTP/1.1 200")
 
 
 @pytest.mark.parametrize(
@@ -161,33 +153,20 @@ FLOODS = {
 
 
 @pytest.mark.parametrize("flood", FLOODS)
-def test_frames_of_every_kind_are_bounded(
-    executive: ScriptedExecutive, shown: LiveMission, flood: str
-):
+@served
+async def test_frames_of_every_kind_are_bounded(
+    server: WebServer, executive: ScriptedExecutive, flood: str
+) -> None:
     """A client that sends too many is closed, with a code and a reason; the others stay."""
     first, then = FLOODS[flood]
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as good:
-            page = PageModel(good)
-            async with live(server) as bad:
-                frames = [first.serialize(mask=True)] + [then.serialize(mask=True)] * 1000
-                bad.transport.write(b"".join(frames))
-                code, reason = await closed(bad)
-                assert (code, reason) == (1008, "more than 20 messages a second")
-            executive.change(1.0, drive="running")
-            await page.until(lambda it: it.nodes.get(3, [0, 0])[1] == 1)
-
-    serve(shown, scene)
-
-
-async def closed(connection: Any) -> tuple[int, str]:
-    """The code and the reason with which the server closes a connection."""
-    with suppress(ConnectionClosed):
-        async for _ in connection:
-            pass
-    assert connection.close_code is not None
-    return connection.close_code, connection.close_reason
+    async with live(server) as good:
+        page = PageModel(good)
+        async with live(server) as bad:
+            frames = [first.serialize(mask=True)] + [then.serialize(mask=True)] * 1000
+            bad.transport.write(b"".join(frames))
+            assert await closed(bad) == (1008, "more than 20 messages a second")
+        executive.change(1.0, drive="running")
+        await page.until(lambda it: it.nodes.get(3, [0, 0])[1] == 1)
 
 
 @served

@@ -1,24 +1,26 @@
-"""The page in a browser, where there is one: every control, the tree, two browsers."""
+"""The page in a browser, where there is one: every control, the tree, two browsers.
+
+Also for keys, screen readers and narrow screens.
+"""
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebOptions, WebServer
-from tests.support.browser import BROWSER, Page, browser
+from tests.support.browser import IN_BROWSER, Page, browser
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 from tests.support.web_pages import serve
 from tests.support.web_scenes import scene_on_page
 from tests.support.web_screen import Screen
 
-pytestmark = [
-    pytest.mark.process,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
-]
+pytestmark = IN_BROWSER
 
 
 @scene_on_page()
@@ -33,20 +35,18 @@ async def test_every_control_of_a_mission(screen: Screen, executive: ScriptedExe
         assert executive.commands == [ControlRequest(verb, node)]
         executive.commands.clear()
 
-    await screen.click("pause")
-    await sent(Verb.PAUSE)
-    await screen.click("pause_keeping_goals")
-    await sent(Verb.PAUSE_KEEPING_GOALS)
+    for button, verb in (("pause", Verb.PAUSE), ("pause_keeping_goals", Verb.PAUSE_KEEPING_GOALS)):
+        await screen.click(button)
+        await sent(verb)
     await screen.key("p")
     await sent(Verb.PAUSE)
     executive.stand("paused", "asked for")
     await screen.until("document.getElementById('pause').disabled")
     await screen.shows("status", "paused")
     await screen.shows("reason", "asked for")
-    await screen.click("resume")
-    await sent(Verb.RESUME)
-    await screen.click("step")
-    await sent(Verb.STEP)
+    for button, verb in (("resume", Verb.RESUME), ("step", Verb.STEP)):
+        await screen.click(button)
+        await sent(verb)
     await screen.key("s")
     await sent(Verb.STEP)
     await screen.click("stop")
@@ -239,21 +239,132 @@ def test_it_is_light_or_dark_as_the_browser_is_and_fits_a_phone(
     serve(shown, scene)
 
 
-def test_ten_thousand_nodes(chromium: Page, executive: ScriptedExecutive):
+@scene_on_page()
+async def test_ten_thousand_nodes(screen: Screen, executive: ScriptedExecutive) -> None:
     """Only the rows in view are in the page, and the last node is reached at once."""
     executive.outline = "root\n" + "".join(f"  leaf {number}\n" for number in range(10_000))
     executive.begin("big")
-    shown = LiveMission(ScriptedGraph(executive))
+    await screen.until("document.querySelectorAll('.row').length > 10")
+    executive.change(1.0, leaf_9999="running: here")
+    await screen.until("document.getElementById('node-10000')?.dataset.status === 'running'")
+    for turn in range(20):
+        executive.change(0.1, **{f"leaf_{turn * 500}": "running"})
+        await screen.until(f"document.getElementById('node-{turn * 500 + 1}') !== null")
+    assert await screen.look("document.querySelectorAll('.row').length") < 100
 
-    async def scene(server: WebServer) -> None:
-        screen = Screen(chromium)
-        await screen.visit(server.link)
-        await screen.until("document.querySelectorAll('.row').length > 10")
-        executive.change(1.0, leaf_9999="running: here")
-        await screen.until("document.getElementById('node-10000')?.dataset.status === 'running'")
-        for turn in range(20):
-            executive.change(0.1, **{f"leaf_{turn * 500}": "running"})
-            await screen.until(f"document.getElementById('node-{turn * 500 + 1}') !== null")
-        assert await screen.look("document.querySelectorAll('.row').length") < 100
 
-    serve(shown, scene)
+@scene_on_page()
+async def test_the_tree_is_one_for_keys_and_for_screen_readers(screen: Screen) -> None:
+    """It has the roles and levels of a tree, and what is selected is said."""
+    reported = await screen.look(
+        "[...document.querySelectorAll('[role=tree] [role=treeitem]')].map((one) => "
+        "['aria-level', 'aria-posinset', 'aria-setsize', 'aria-expanded'].map("
+        "(name) => one.getAttribute(name)))"
+    )
+    assert reported == [
+        ["1", "1", "1", "true"],
+        ["2", "1", "2", None],
+        ["2", "2", "2", "true"],
+        ["3", "1", "2", None],
+        ["3", "2", "2", None],
+    ]
+    active = "document.getElementById('tree').getAttribute('aria-activedescendant')"
+    await screen.look("document.getElementById('tree').focus()")
+    for key, selected in (
+        ("End", 4), ("Home", 0), ("ArrowDown", 1), ("ArrowDown", 2), ("ArrowRight", 3),
+        ("ArrowLeft", 2), ("ArrowLeft", 2), ("ArrowDown", 2), ("Enter", 2), ("PageDown", 4),
+    ):  # fmt: skip
+        await screen.key(key)
+        await screen.until(f"{active} === 'node-{selected}'")
+    await screen.key("Home")
+    await screen.key("ArrowLeft")
+    assert await screen.look("document.querySelectorAll('.row').length") == 1
+    label = await screen.look("document.getElementById('node-0').getAttribute('aria-label')")
+    assert label == "explore, ActionLeaf, idle"
+    await screen.key("/")
+    await screen.look(
+        "(() => { const box = document.activeElement; box.value = 'TURN';"
+        " box.dispatchEvent(new Event('input')); })()"
+    )
+    await screen.until(f"{active} === 'node-4'")
+    await screen.look(
+        "(() => { const box = document.getElementById('search'); box.value = 'nothing';"
+        " box.dispatchEvent(new Event('input')); })()"
+    )
+    await screen.shows("found", "not in the tree")
+
+
+def accessible_nodes(page: Page) -> list[tuple[str, str, dict[str, Any]]]:
+    """What a screen reader is told of a page: roles, names and properties, in order."""
+    nodes = page.call("Accessibility.getFullAXTree")["nodes"]
+    return [
+        (
+            node["role"]["value"],
+            node.get("name", {}).get("value", ""),
+            {each["name"]: each["value"].get("value") for each in node.get("properties", ())},
+        )
+        for node in nodes
+        if not node["ignored"] and "role" in node
+    ]
+
+
+@scene_on_page()
+async def test_what_a_screen_reader_is_told(screen: Screen, executive: ScriptedExecutive) -> None:
+    """The tree with its levels, every control by a name, and no time that is said all the time."""
+    executive.change(1.0, drive="running: 0.4 m")
+    executive.detail(variables=(("speed", "0.1"),))
+    executive.judge(is_slow="violated -0.1")
+    await screen.shows("variables", "speed")
+    await screen.shows("requirements", "is slow")
+    await screen.look("document.getElementById('tree').focus()")
+    reports = await asyncio.to_thread(accessible_nodes, screen.page)
+    items = [
+        (name, *map(facts.get, ("level", "expanded", "selected")))
+        for role, name, facts in reports
+        if role == "treeitem"
+    ]
+    assert items == [
+        ("explore, ActionLeaf, idle", 1, True, False),
+        ("look around, ActionLeaf, idle", 2, None, False),
+        ("repeat, ActionLeaf, idle", 2, True, False),
+        ("drive, ActionLeaf, running, 0.4 m", 3, None, True),
+        ("turn away, ActionLeaf, idle", 3, None, False),
+    ]
+    ((tree, facts),) = [(name, facts) for role, name, facts in reports if role == "tree"]
+    assert (tree, facts["focused"]) == ("Tree", True)
+    named = {"button", "searchbox", "checkbox", "slider", "list", "region", "navigation"}
+    assert [report for report in reports if report[0] in named and not report[1]] == []
+    assert {name for role, name, _ in reports if role == "button"} >= {"Map", "Camera", "Pause"}
+    lives = "[...document.querySelectorAll('output')].map((one) => one.ariaLive)"
+    assert await screen.look(lives) == ["off"], "the time goes on and on"
+
+
+@scene_on_page()
+async def test_a_row_that_changes_stays_the_same_element(
+    screen: Screen, executive: ScriptedExecutive
+) -> None:
+    """Or a screen reader would read the selected one again with each change."""
+    await screen.look("window.row = document.getElementById('node-3')")
+    executive.change(1.0, drive="running: 0.4 m")
+    await screen.until("document.getElementById('node-3').dataset.status === 'running'")
+    assert await screen.look("window.row === document.getElementById('node-3')")
+
+
+@scene_on_page(width=360)
+async def test_nothing_is_wider_than_a_narrow_phone(
+    screen: Screen, executive: ScriptedExecutive
+) -> None:
+    """However long the texts of a mission are; only the tree scrolls within itself."""
+    long = "x" * 200
+    executive.change(1.0, drive=f"running: {long}")
+    executive.detail(variables=((long, f'"{long}"'),))
+    executive.judge(**{long: "violated -0.1"})
+    executive.stand("paused", long)
+    executive.answer(long)
+    executive.say(long)
+    for name in ("variables", "requirements", "reason"):
+        await screen.shows(name, long)
+    assert await screen.look("document.documentElement.scrollWidth") <= 360
+    wide = "[...document.querySelectorAll('body *')].filter((one) => !one.closest('#tree')"
+    wide += " && one.offsetParent && one.getBoundingClientRect().right > 361).length"
+    assert await screen.look(wide) == 0

@@ -10,15 +10,13 @@ import pytest
 
 from bt_mission.views.web.report.page import robot_runs, served_page_of
 from bt_mission.views.web.server import PageServer
-from tests.support.browser import BROWSER, Page
+from tests.support.browser import IN_BROWSER, Page
 from tests.support.recordings import recording
 from tests.support.web_pages import ANY_PORT, play_with
+from tests.support.web_scenes import played
 from tests.support.web_screen import Screen
 
-pytestmark = [
-    pytest.mark.process,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
-]
+pytestmark = IN_BROWSER
 
 COMMAND = "bt-mission fork 'my run.mcap' --at"
 SELECTED = (
@@ -28,102 +26,90 @@ SELECTED = (
 SHOWN = "document.getElementById('fork-command').value"
 
 
-def play(page: Page, scene: Callable[[Screen], Awaitable[None]], **more: Any) -> None:
+@pytest.fixture
+def play(chromium: Page) -> Callable[..., None]:
     """Play a scene on the page of a recording; nothing may go wrong on it.
 
-    Args:
-        more: Data of the page besides the recording.
+    Its options are data of the page besides the recording.
     """
-    runs = [replace(run, data={**run.data, **more}) for run in robot_runs(recording())]
 
-    async def visited(server: PageServer) -> None:
-        screen = Screen(page)
-        await screen.visit(server.link)
-        await screen.until("document.querySelectorAll('.row').length >= 4")
-        await scene(screen)
-        assert page.problems == []
+    def play(scene: Callable[[Screen], Awaitable[None]], **more: Any) -> None:
+        runs = [replace(run, data={**run.data, **more}) for run in robot_runs(recording())]
 
-    play_with(PageServer(served_page_of(runs), ANY_PORT), visited)
-    page.visit("about:blank", width=800, height=600)
+        async def visited(server: PageServer) -> None:
+            screen = Screen(chromium)
+            await screen.visit(server.link)
+            await screen.until("document.querySelectorAll('.row').length >= 4")
+            await scene(screen)
+            assert chromium.problems == []
+
+        play_with(PageServer(served_page_of(runs), ANY_PORT), visited)
+
+    return play
 
 
 async def go(screen: Screen, at: float) -> None:
     """Move to an instant, by the slider."""
-    await screen.look(
-        f"(() => {{ const time = document.getElementById('time'); time.value = {at};"
-        " time.dispatchEvent(new Event('input')); })()"
-    )
+    await screen.slide(at)
     await screen.shows("at", f"{at:.2f} of")
 
 
-def test_it_opens_where_it_is_wanted_and_plays_at_its_pace(chromium: Page):
+@played("play", at=1.25, speed=4.0)
+async def test_it_opens_where_it_is_wanted_and_plays_at_its_pace(screen: Screen) -> None:
     """It stands still until somebody plays it."""
-
-    async def scene(screen: Screen) -> None:
-        await screen.shows("at", "1.25 of")
-        await screen.shows("at", "paused 4 x")
-        await screen.shows("status", "running")
-        await screen.look("document.getElementById('follow').focus()")
-        await screen.key("p")
-        await screen.shows("play", "Pause")
-        await screen.key("p")
-        await screen.until("document.getElementById('play').innerText.trim() === 'Play'")
-        await screen.key("d")  # the tree as a drawing, with the statuses of the instant
-        await screen.until("document.querySelector('#drawing .ran-running') !== null")
-
-    play(chromium, scene, at=1.25, speed=4.0)
+    await screen.shows("at", "1.25 of")
+    await screen.shows("at", "paused 4 x")
+    await screen.shows("status", "running")
+    await screen.look("document.getElementById('follow').focus()")
+    await screen.key("p")
+    await screen.shows("play", "Pause")
+    await screen.key("p")
+    await screen.until("document.getElementById('play').innerText.trim() === 'Play'")
+    await screen.key("d")  # the tree as a drawing, with the statuses of the instant
+    await screen.until("document.querySelector('#drawing .ran-running') !== null")
 
 
-def test_the_command_for_a_fork_is_that_of_the_instant(chromium: Page):
+@played("play", at=0.0, fork={"command": COMMAND, "refusal": ""})
+async def test_the_command_for_a_fork_is_that_of_the_instant(screen: Screen) -> None:
     """It stands still for it, and goes along with whoever moves on; a button copies it."""
-
-    async def scene(screen: Screen) -> None:
-        await screen.click("play")
-        await screen.shows("play", "Pause")
-        await screen.key("F")
-        await screen.shows("play", "Play")
-        await go(screen, 1.25)
-        await screen.until(f"{SHOWN} === {COMMAND + ' 1.250'!r}")
-        await screen.look("document.getElementById('fork-command').select()")
-        assert await screen.look(SELECTED) == await screen.look(SHOWN)
-        await screen.look("document.getElementById('fork-command').focus()")
-        await go(screen, 2.5)
-        await screen.until(f"{SHOWN} === {COMMAND + ' 2.500'!r}")
-        await screen.look(
-            "Object.defineProperty(navigator, 'clipboard', { configurable: true,"
-            " value: { writeText: async (text) => { window.copied = text; } } })"
-        )
-        await screen.click("fork-copy")
-        await screen.shows("notice", "copied")
-        assert await screen.look("window.copied") == f"{COMMAND} 2.500"
-        await screen.look("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
-        await screen.click("fork-copy")
-        await screen.shows("notice", "press Ctrl-C")
-        assert await screen.look(SELECTED) == f"{COMMAND} 2.500"
-        await screen.key("Escape")
-        await screen.until("document.getElementById('fork-panel').hidden")
-        assert await screen.look("document.activeElement.id") == "fork"
-
-    play(chromium, scene, at=0.0, fork={"command": COMMAND, "refusal": ""})
+    await screen.click("play")
+    await screen.shows("play", "Pause")
+    await screen.key("F")
+    await screen.shows("play", "Play")
+    await go(screen, 1.25)
+    await screen.until(f"{SHOWN} === {COMMAND + ' 1.250'!r}")
+    await screen.look("document.getElementById('fork-command').select()")
+    assert await screen.look(SELECTED) == await screen.look(SHOWN)
+    await screen.look("document.getElementById('fork-command').focus()")
+    await go(screen, 2.5)
+    await screen.until(f"{SHOWN} === {COMMAND + ' 2.500'!r}")
+    await screen.look(
+        "Object.defineProperty(navigator, 'clipboard', { configurable: true,"
+        " value: { writeText: async (text) => { window.copied = text; } } })"
+    )
+    await screen.click("fork-copy")
+    await screen.shows("notice", "copied")
+    assert await screen.look("window.copied") == f"{COMMAND} 2.500"
+    await screen.look("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
+    await screen.click("fork-copy")
+    await screen.shows("notice", "press Ctrl-C")
+    assert await screen.look(SELECTED) == f"{COMMAND} 2.500"
+    await screen.key("Escape")
+    await screen.until("document.getElementById('fork-panel').hidden")
+    assert await screen.look("document.activeElement.id") == "fork"
 
 
-def test_a_run_that_cannot_run_again_says_why(chromium: Page):
+@played("play", fork={"command": COMMAND, "refusal": "a live run cannot run again"})
+async def test_a_run_that_cannot_run_again_says_why(screen: Screen) -> None:
     """In the place of the command."""
-
-    async def scene(screen: Screen) -> None:
-        await screen.click("fork")
-        await screen.shows("notice", "a live run cannot run again")
-        assert await screen.look("document.getElementById('fork-panel').hidden")
-
-    play(chromium, scene, fork={"command": COMMAND, "refusal": "a live run cannot run again"})
+    await screen.click("fork")
+    await screen.shows("notice", "a live run cannot run again")
+    assert await screen.look("document.getElementById('fork-panel').hidden")
 
 
-def test_where_no_forks_are_offered_there_is_no_button(chromium: Page):
+@played("play")
+async def test_where_no_forks_are_offered_there_is_no_button(screen: Screen) -> None:
     """Nor does its key do anything."""
-
-    async def scene(screen: Screen) -> None:
-        await screen.until("document.getElementById('fork').offsetParent === null")
-        await screen.key("F")
-        assert await screen.look("document.getElementById('fork-panel').hidden")
-
-    play(chromium, scene)
+    await screen.until("document.getElementById('fork').offsetParent === null")
+    await screen.key("F")
+    assert await screen.look("document.getElementById('fork-panel').hidden")

@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 import pytest
-from websockets.exceptions import ConnectionClosed
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.guarded_server import listening_socket
@@ -19,7 +18,7 @@ from bt_mission.views.web import pages
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebOptions, WebServer
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
-from tests.support.web_pages import PageModel, live, serve
+from tests.support.web_pages import PageModel, closed, live, serve
 from tests.support.web_scenes import served
 
 
@@ -27,17 +26,6 @@ def has_said(end: str, page: PageModel) -> bool:
     """Has the last leaf of the big tree said something with this end?"""
     words: str = page.nodes.get(400, [0, 0, ""])[2]
     return words.endswith(end)
-
-
-async def ended(connection: Any) -> tuple[int, str]:
-    """The code and the reason with which the server closes a connection."""
-    try:
-        async for _ in connection:
-            pass
-    except ConnectionClosed:
-        pass
-    assert connection.close_code is not None
-    return connection.close_code, connection.close_reason
 
 
 @served
@@ -50,12 +38,8 @@ async def test_a_page_is_told_all_and_then_what_changes(
         await page.until(lambda it: len(it.nodes) == 5)
         names = [node[0] for node in page.parts["tree"]["nodes"]]
         assert names == ["explore", "look around", "repeat", "drive", "turn away"]
-        assert page.parts["state"]["can"] == [
-            "pause",
-            "pause_keeping_goals",
-            "stop",
-            "breakpoint",
-        ]
+        can = page.parts["state"]["can"]
+        assert can == ["pause", "pause_keeping_goals", "stop", "breakpoint"]
         page.nodes.clear()
         executive.change(1.5, drive="running: 0.2 m")
         await page.until(lambda it: it.nodes)
@@ -142,7 +126,7 @@ async def test_nonsense_ends_the_connection_with_a_reason(
         page = PageModel(good)
         async with live(server) as bad:
             await bad.send(message)
-            assert await ended(bad) == (1003, reason)
+            assert await closed(bad) == (1003, reason)
         executive.change(1.0, drive="running")
         await page.until(lambda it: it.nodes.get(3, [0, 0])[1] == 1)
         assert executive.commands == []
@@ -160,7 +144,7 @@ async def test_a_million_messages_are_cut_short(
                 await flood.send('{"do": "step"}')
 
         sending = asyncio.create_task(send())
-        assert await ended(flood) == (1008, "more than 20 messages a second")
+        assert await closed(flood) == (1008, "more than 20 messages a second")
         await asyncio.gather(sending, return_exceptions=True)
     assert 0 < len(executive.commands) < 200
 
@@ -172,34 +156,32 @@ async def test_a_message_without_end_is_cut_short(
     """Before it fills the memory."""
     async with live(server) as flood:
         sending = asyncio.create_task(flood.send("x" * 10_000_000))
-        code, _ = await ended(flood)
+        code, _ = await closed(flood)
         await asyncio.gather(sending, return_exceptions=True)
         assert code == 1009
 
 
-def test_a_page_that_does_not_read_holds_up_nobody(executive: ScriptedExecutive):
+@served
+async def test_a_page_that_does_not_read_holds_up_nobody(
+    server: WebServer, executive: ScriptedExecutive
+) -> None:
     """It is told the newest later, not everything in between."""
     executive.outline = "root\n" + "".join(f"  leaf {number}\n" for number in range(400))
     executive.begin("big")
-    shown = LiveMission(ScriptedGraph(executive))
     names = [f"leaf_{number}" for number in range(400)]
-
-    async def scene(server: WebServer) -> None:
-        slow_socket = socket.create_connection(("127.0.0.1", server.port))
-        slow_socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 200_000)
-        async with (
-            live(server) as quick,
-            live(server, sock=slow_socket, max_queue=1, ping_interval=None) as slow,
-        ):
-            page = PageModel(quick)
-            for turn in range(40):
-                executive.change(0.1, **dict.fromkeys(names, f"running: {'x' * 2000} {turn}"))
-                await page.until(partial(has_said, f" {turn}"))
-            late = PageModel(slow)
-            await late.until(partial(has_said, " 39"))
-            assert late.messages < 30
-
-    serve(shown, scene)
+    slow_socket = socket.create_connection(("127.0.0.1", server.port))
+    slow_socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 200_000)
+    async with (
+        live(server) as quick,
+        live(server, sock=slow_socket, max_queue=1, ping_interval=None) as slow,
+    ):
+        page = PageModel(quick)
+        for turn in range(40):
+            executive.change(0.1, **dict.fromkeys(names, f"running: {'x' * 2000} {turn}"))
+            await page.until(partial(has_said, f" {turn}"))
+        late = PageModel(slow)
+        await late.until(partial(has_said, " 39"))
+        assert late.messages < 30
 
 
 @served
@@ -221,16 +203,15 @@ async def test_a_page_that_comes_again_catches_up(
         assert [line[2] for line in page.log[-3:]] == ["look around", "look around", "drive"]
 
 
-def test_no_more_pages_than_can_be_served(shown: LiveMission, monkeypatch: pytest.MonkeyPatch):
+@served
+async def test_no_more_pages_than_can_be_served(
+    server: WebServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The others are told why."""
     monkeypatch.setattr(pages, "MOST_PAGES", 1)
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as first, live(server) as second:
-            assert await ended(second) == (1013, "1 pages are already open")
-            assert json.loads(await first.recv())
-
-    serve(shown, scene)
+    async with live(server) as first, live(server) as second:
+        assert await closed(second) == (1013, "1 pages are already open")
+        assert json.loads(await first.recv())
 
 
 def test_the_look_at_the_mission_that_fails_ends_the_server(shown: LiveMission):
@@ -244,7 +225,7 @@ def test_the_look_at_the_mission_that_fails_ends_the_server(shown: LiveMission):
 
     async def scene(server: WebServer) -> None:
         async with live(server) as connection:
-            await ended(connection)
+            await closed(connection)
 
     with pytest.raises(BtMissionError, match="the graph is gone"):
         serve(shown, scene)
@@ -260,7 +241,7 @@ async def test_a_page_that_cannot_be_told_is_closed_with_the_reason(
         shown.board._parts.put("broken", object(), shown.board.revision + 1)
         shown.board.revision += 1
         reason = "the server failed: TypeError: Object of type object is not JSON serializable"
-        assert await ended(item) == (1011, reason)
+        assert await closed(item) == (1011, reason)
     shown.board._parts.put("broken", 0, shown.board.revision + 1)
     async with live(server) as other:
         await PageModel(other).until(lambda it: it.nodes)

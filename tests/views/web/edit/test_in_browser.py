@@ -17,16 +17,15 @@ from bt_mission.scenarios.loader import load_scenario
 from bt_mission.views.web.edit.server import EditServer
 from bt_mission.views.web.edit.workspace import Workspace
 from bt_mission.views.web.server import WebOptions
-from tests.support.browser import BROWSER, Page
+from tests.support.browser import IN_BROWSER, Page
 from tests.support.project import ROOT
 from tests.support.web_pages import play_with
+from tests.support.web_scenes import played
 from tests.support.web_screen import Screen
 
-pytestmark = [
-    pytest.mark.process,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
-]
+pytestmark = IN_BROWSER
 
+WORLD = (ROOT / "worlds" / "nav_arena.yaml").read_text()
 README = re.findall(
     r"```yaml\n(mission: explore.*?)```", (ROOT / "README.md").read_text(), re.DOTALL
 )[0]
@@ -156,15 +155,16 @@ class Editor(Screen):
         await self.until(IDLE)
 
 
-Play = Callable[[Callable[[Editor], Awaitable[None]]], None]
-
-
 @pytest.fixture
-def play(chromium: Page, tmp_path: Path) -> Play:
-    """Play a scene on the editor of a new file; nothing may go wrong on the page."""
+def play(chromium: Page, tmp_path: Path) -> Callable[..., None]:
+    """Play a scene on the editor of a file or its folder; nothing may go wrong on the page."""
 
-    def play(scene: Callable[[Editor], Awaitable[None]]) -> None:
+    def play(
+        scene: Callable[[Editor], Awaitable[None]], *, text: str | None = None, folder: bool = False
+    ) -> None:
         file = tmp_path / "explore.yaml"
+        if text is not None:
+            file.write_text(text)
         editor = Editor(chromium, file)
 
         async def visited(server: EditServer) -> None:
@@ -174,285 +174,261 @@ def play(chromium: Page, tmp_path: Path) -> Play:
             finally:
                 await editor.look("onbeforeunload = null, document.body.remove()")
 
-        play_with(EditServer(Workspace(file), WebOptions(port=0)), visited)
+        workspace = Workspace(tmp_path if folder else file)
+        play_with(EditServer(workspace, WebOptions(port=0)), visited)
         assert chromium.problems == []
 
     return play
 
 
-def test_the_mission_of_the_readme_by_graphical_acts(play: Play) -> None:
+@played("play")
+async def test_the_mission_of_the_readme_by_graphical_acts(editor: Editor) -> None:
     """From an empty file, by the tree and the form: the text is as a person writes it."""
-
-    async def scene(editor: Editor) -> None:
-        await editor.add("sequence")
-        await editor.add("camera_sweep")
-        await editor.set("camera_sweep.image_count", "8")
-        await editor.set("name", "look around")
-        await editor.set("cancel_when", "current_image >= 5")
-        await editor.set("on_cancel", "success")
-        await editor.add("repeat")
-        await editor.set("repeat.count", "$legs")
-        await editor.add("sequence")
-        await editor.add("explore_forward")
-        await editor.set("explore_forward.fwd_velocity", "$speed")
-        await editor.set("name", "drive")
-        await editor.set("timeout", "30")
-        await editor.set("cancel_when", "current_distance_travelled > 2.0")
-        await editor.set("on_cancel", "success")
-        await editor.set("outputs name", "closest_obstacle_angle")
-        await editor.set("outputs value", "obstacle")
-        await editor.add("fallback")
-        await editor.add("turn")
-        await editor.set("turn.angle", "copysign(uniform(60, 120), -obstacle)")
-        await editor.set("name", "turn away")
-        await editor.set("timeout", "30")
-        await editor.add("log")
-        await editor.set("log", "no room to turn on")
-        await editor.look("document.getElementById('drawing').focus()")
-        await editor.press("Home")
-        await editor.set("mission", "explore")
-        await editor.set("world", "dqn_stage4")
-        await editor.set("seed", "7")
-        for name, value in (("speed", "0.2"), ("legs", "6")):
-            await editor.set("inputs name", name)
-            await editor.set("inputs value", value)
-        assert await editor.saved() == DRAWN
-        await editor.shows("problems", "no problems")
-        await editor.look("document.getElementById('drawing').focus()")
-        await editor.press("0")
-        await editor.drag("turn away", "look around", 0.9)
-        await editor.until("document.getElementById('box-3').textContent.includes('turn away')")
-        await editor.drag("turn away", "log", 0.1)
-        await editor.until("document.getElementById('unsaved').hidden")
-        await editor.drag("drive", "sequence", 0.5)
-        await editor.press("Delete")
-        await editor.until(IDLE)
-        await editor.press("z", ctrl=True)
-        await editor.press("z", ctrl=True)
-        await editor.until("document.getElementById('unsaved').hidden")
-
-    play(scene)
+    await editor.add("sequence")
+    await editor.add("camera_sweep")
+    await editor.set("camera_sweep.image_count", "8")
+    await editor.set("name", "look around")
+    await editor.set("cancel_when", "current_image >= 5")
+    await editor.set("on_cancel", "success")
+    await editor.add("repeat")
+    await editor.set("repeat.count", "$legs")
+    await editor.add("sequence")
+    await editor.add("explore_forward")
+    await editor.set("explore_forward.fwd_velocity", "$speed")
+    await editor.set("name", "drive")
+    await editor.set("timeout", "30")
+    await editor.set("cancel_when", "current_distance_travelled > 2.0")
+    await editor.set("on_cancel", "success")
+    await editor.set("outputs name", "closest_obstacle_angle")
+    await editor.set("outputs value", "obstacle")
+    await editor.add("fallback")
+    await editor.add("turn")
+    await editor.set("turn.angle", "copysign(uniform(60, 120), -obstacle)")
+    await editor.set("name", "turn away")
+    await editor.set("timeout", "30")
+    await editor.add("log")
+    await editor.set("log", "no room to turn on")
+    await editor.look("document.getElementById('drawing').focus()")
+    await editor.press("Home")
+    await editor.set("mission", "explore")
+    await editor.set("world", "dqn_stage4")
+    await editor.set("seed", "7")
+    for name, value in (("speed", "0.2"), ("legs", "6")):
+        await editor.set("inputs name", name)
+        await editor.set("inputs value", value)
+    assert await editor.saved() == DRAWN
+    await editor.shows("problems", "no problems")
+    await editor.look("document.getElementById('drawing').focus()")
+    await editor.press("0")
+    await editor.drag("turn away", "look around", 0.9)
+    await editor.until("document.getElementById('box-3').textContent.includes('turn away')")
+    await editor.drag("turn away", "log", 0.1)
+    await editor.until("document.getElementById('unsaved').hidden")
+    await editor.drag("drive", "sequence", 0.5)
+    await editor.press("Delete")
+    await editor.until(IDLE)
+    await editor.press("z", ctrl=True)
+    await editor.press("z", ctrl=True)
+    await editor.until("document.getElementById('unsaved').hidden")
     assert read_text(DRAWN).data == read_text(README).data
 
 
-def test_the_mission_of_the_readme_as_text(play: Play) -> None:
+@played("play")
+async def test_the_mission_of_the_readme_as_text(editor: Editor) -> None:
     """The drawing follows; a mistake is marked in text and tree, and a completion corrects it."""
     before, _, behind = README.partition("dqn_stage4")
-
-    async def scene(editor: Editor) -> None:
-        await editor.press("F6")
-        await editor.type(f"{before}dqn_stag")
-        await editor.type("e")
-        await editor.until(f"{TEXT}.querySelectorAll('.cm-completionLabel').length === 4")
-        await editor.until("(window.begun ??= Date.now()) + 150 < Date.now()")  # its delay for keys
-        for _ in range(3):
-            await editor.press("ArrowDown")
-        await editor.until(f"{TEXT}.querySelector('[aria-selected]')?.innerText[9] === '4'")
-        await editor.press("Enter")
-        await editor.type(behind)
-        await editor.until("document.querySelectorAll('.node').length === 9")
-        await editor.shows("problems", "no problems")
-        for key in ("ArrowUp", "ArrowDown"):  # what follows is a change of its own for undo
-            await editor.press(key)
-        await editor.type("colour: red\n")
-        await editor.shows("problems", "1 error")
-        await editor.until("document.querySelector('#box-0.has-error') !== null")
-        await editor.press("z", ctrl=True)
-        await editor.shows("problems", "no problems")
-        assert await editor.saved() == README
-
-    play(scene)
+    await editor.press("F6")
+    await editor.type(f"{before}dqn_stag")
+    await editor.type("e")
+    await editor.until(f"{TEXT}.querySelectorAll('.cm-completionLabel').length === 4")
+    await editor.until("(window.begun ??= Date.now()) + 150 < Date.now()")  # its delay for keys
+    for _ in range(3):
+        await editor.press("ArrowDown")
+    await editor.until(f"{TEXT}.querySelector('[aria-selected]')?.innerText[9] === '4'")
+    await editor.press("Enter")
+    await editor.type(behind)
+    await editor.until("document.querySelectorAll('.node').length === 9")
+    await editor.shows("problems", "no problems")
+    for key in ("ArrowUp", "ArrowDown"):  # what follows is a change of its own for undo
+        await editor.press(key)
+    await editor.type("colour: red\n")
+    await editor.shows("problems", "1 error")
+    await editor.until("document.querySelector('#box-0.has-error') !== null")
+    await editor.press("z", ctrl=True)
+    await editor.shows("problems", "no problems")
+    assert await editor.saved() == README
 
 
-def test_hostile_names_are_text(play: Play) -> None:
+@played("play")
+async def test_hostile_names_are_text(editor: Editor) -> None:
     """Markup in a name is shown as it is written."""
-
-    async def scene(editor: Editor) -> None:
-        await editor.add("wait")
-        await editor.set("name", "<img src=x onerror=alert(1)>")
-        await editor.until(
-            "document.querySelector('#box-1 text:nth-of-type(2)').textContent[0] === '<'"
-        )
-        assert await editor.look("document.querySelectorAll('img').length") == 0
-        assert "name: <img src=x onerror=alert(1)>" in await editor.saved()
-
-    play(scene)
+    await editor.add("wait")
+    await editor.set("name", "<img src=x onerror=alert(1)>")
+    await editor.until(
+        "document.querySelector('#box-1 text:nth-of-type(2)').textContent[0] === '<'"
+    )
+    assert await editor.look("document.querySelectorAll('img').length") == 0
+    assert "name: <img src=x onerror=alert(1)>" in await editor.saved()
 
 
-def test_the_findings_of_a_proof_are_at_their_nodes(play: Play) -> None:
+@played("play")
+async def test_the_findings_of_a_proof_are_at_their_nodes(editor: Editor) -> None:
     """One that is opened by its key selects a node, and shows the steps."""
-
-    async def scene(editor: Editor) -> None:
-        await editor.press("F6")
-        await editor.type(TWO_DRIVES)
-        await editor.until("document.querySelectorAll('.node').length === 4")
-        await editor.click("prove")
-        await editor.shows("proof-title", "1 finding")
-        ids = "[...document.querySelectorAll('.node:has(.badge)')].map((one) => one.id).join()"
-        await editor.until(f"{ids} === 'box-2,box-3'")
-        await editor.look("document.querySelector('#proof summary').focus()")
-        await editor.press("Enter")
-        await editor.until("document.querySelector('#box-2[aria-selected=true]') !== null")
-        steps = await editor.look("document.querySelector('#proof ol').innerText")
-        assert steps.split("\n") == ["/turn accepts the goal", "/move accepts the goal"]
-        await editor.look("document.querySelectorAll('#proof .findings button')[1].click()")
-        await editor.until("document.querySelector('#box-3[aria-selected=true]') !== null")
-        await editor.press("F6")
-        await editor.type("# ")
-        await editor.until("document.querySelector('.badge') === null")
-        await editor.click("close-proof")
-        await editor.until("document.getElementById('proof').hidden")
-
-    play(scene)
+    await editor.press("F6")
+    await editor.type(TWO_DRIVES)
+    await editor.until("document.querySelectorAll('.node').length === 4")
+    await editor.click("prove")
+    await editor.shows("proof-title", "1 finding")
+    ids = "[...document.querySelectorAll('.node:has(.badge)')].map((one) => one.id).join()"
+    await editor.until(f"{ids} === 'box-2,box-3'")
+    await editor.look("document.querySelector('#proof summary').focus()")
+    await editor.press("Enter")
+    await editor.until("document.querySelector('#box-2[aria-selected=true]') !== null")
+    steps = await editor.look("document.querySelector('#proof ol').innerText")
+    assert steps.split("\n") == ["/turn accepts the goal", "/move accepts the goal"]
+    await editor.look("document.querySelectorAll('#proof .findings button')[1].click()")
+    await editor.until("document.querySelector('#box-3[aria-selected=true]') !== null")
+    await editor.press("F6")
+    await editor.type("# ")
+    await editor.until("document.querySelector('.badge') === null")
+    await editor.click("close-proof")
+    await editor.until("document.getElementById('proof').hidden")
 
 
-def test_a_run_of_the_text_is_shown_beside_it(play: Play, monkeypatch: Any) -> None:
+@played("play")
+async def test_a_run_of_the_text_is_shown_beside_it(editor: Editor, monkeypatch: Any) -> None:
     """Also of unsaved text; the drawing shows statuses, and a change is applied to the run."""
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-
-    async def scene(editor: Editor) -> None:
-        await editor.add("sequence")
-        await editor.add("wait")
-        await editor.set("wait", "600")
-        await editor.look("document.getElementById('editable').checked = true")
-        await editor.click("run")
-        await editor.until("document.querySelectorAll('.ran-running').length === 2")
-        frame = "document.getElementById('run-frame').contentDocument"
-        await editor.until(f"{frame}.getElementById('status').textContent === 'running'")
-        await editor.add("log")
-        await editor.click("apply")
-        await editor.shows("window-body", "+ log")
-        await editor.look("document.querySelector('#window-buttons button').click()")
-        await editor.until(f"{frame}.querySelectorAll('.row').length === 3")
-        await editor.click("run-stop")
-        await editor.until("document.getElementById('run-panel').hidden")
-        await editor.until("document.querySelectorAll('.ran-running').length === 0")
-        assert not editor.file.exists()
-
-    play(scene)
+    await editor.add("sequence")
+    await editor.add("wait")
+    await editor.set("wait", "600")
+    await editor.look("document.getElementById('editable').checked = true")
+    await editor.click("run")
+    await editor.until("document.querySelectorAll('.ran-running').length === 2")
+    frame = "document.getElementById('run-frame').contentDocument"
+    await editor.until(f"{frame}.getElementById('status').textContent === 'running'")
+    await editor.add("log")
+    await editor.click("apply")
+    await editor.shows("window-body", "+ log")
+    await editor.look("document.querySelector('#window-buttons button').click()")
+    await editor.until(f"{frame}.querySelectorAll('.row').length === 3")
+    await editor.click("run-stop")
+    await editor.until("document.getElementById('run-panel').hidden")
+    await editor.until("document.querySelectorAll('.ran-running').length === 0")
+    assert not editor.file.exists()
 
 
-def test_a_run_pauses_at_a_node_and_continues_with_another_text(play: Play) -> None:
+@played("play")
+async def test_a_run_pauses_at_a_node_and_continues_with_another_text(editor: Editor) -> None:
     """The window shows what changed. Obstacles from the map are in both runs, and in a scenario."""
-
-    async def scene(editor: Editor) -> None:
-        await editor.press("F6")
-        await editor.type("mission: m\ntree:\n  sequence:\n    - wait: 600\n    - log: here\n")
-        await editor.until("document.querySelectorAll('.node').length === 4")
-        frame = "document.getElementById('run-frame').contentDocument"
-        await editor.saved()
-        await editor.look("document.getElementById('drawing').focus()")
-        for _ in range(2):
-            await editor.press("ArrowRight")
-        await editor.press("m")
-        await editor.until("document.querySelectorAll('#plan .shape').length === 4")
-        for _ in range(8):
-            await editor.press("ArrowUp")
-        await editor.press("Enter")  # takes the place, and goes to the button
-        await editor.press("Enter")
-        await editor.shows("things", "at 0.0: spawn_box at (0, 0.8)")
-        await editor.press("m")
-        await editor.press("r")
-        await editor.until(f"{frame}?.getElementById('status')?.textContent === 'paused'")
-        await editor.until(f"{frame}.querySelector('[aria-label*=breakpoint]') !== null")
-        await editor.shows("run-state", "paused: breakpoint at 'wait'")
-        await editor.until("document.querySelector('#box-2[aria-label*=breakpoint]') !== null")
-        await editor.set("wait", "0.5")
-        await editor.click("show-map")
-        await editor.until("document.activeElement.id === 'plan'")
-        floor = "document.querySelector('#plan .floor').getBoundingClientRect()"
-        box = json.loads(await editor.look(f"JSON.stringify({floor})"))
-        at = {"x": box["x"] + 0.7 * box["width"], "y": box["y"] + 0.3 * box["height"]}
-        for kind in ("mousePressed", "mouseReleased"):
-            await editor.call(
-                "Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **at
-            )
-        await editor.press("Enter")
-        await editor.shows("things", "at 0.05: spawn_box at (0.8, 0.8)")
-        await editor.click("show-map")
-        await editor.look("document.getElementById('drawing').focus()")
-        await editor.press("R")
-        await editor.shows("window-title", "Continue from 0.05 s")
-        await editor.shows("window-body", "+    - wait: 0.5")
-        await editor.shows("window-body", "+ fault at 0.05: spawn_box at (0.8, 0.8)")
-        await editor.look("document.querySelector('#window-buttons button').click()")
-        await editor.until(f"{frame}?.getElementById('status')?.textContent === 'success'")
-        await editor.shows("run-state", "from 0.05 s with the text as it is")
-        await editor.until(f"{frame}.getElementById('log').textContent.includes('fault 2 begins')")
-        await editor.saved()
-        await editor.look("document.getElementById('save-scenario').click()")
-        await editor.shows("window-body", "outcome: any")
-        await editor.look("document.querySelector('#window-buttons button').click()")
-        await editor.shows("banners", "Written: explore_faults.yaml")
-        path = editor.file.with_name("explore_faults.yaml")
-        scenario = load_scenario(path)
-        texts = [fault.planned.text for fault in scenario.faults]
-        assert texts == ["at 0.0: spawn_box at (0, 0.8)", "at 0.05: spawn_box at (0.8, 0.8)"]
-
-    play(scene)
-
-
-def test_a_world_is_drawn_on_its_map(play: Play, tmp_path: Path) -> None:
-    """By keys, the mouse and the form: only the lines of what has changed are others."""
-    before = (ROOT / "worlds" / "nav_arena.yaml").read_text()
-    (tmp_path / "explore.yaml").write_text(before)
-
-    async def scene(editor: Editor) -> None:
-        shapes = "document.querySelectorAll('#plan .shape').length"
-        fields = "document.getElementById('plan-form').elements"
-        choose = "(tool.value = {!r}, tool.dispatchEvent(new Event('change')))"
-        await editor.until(f"{shapes} === 12")
-        await editor.look(f"(tool => {choose.format('walls')})(document.getElementById('tool'))")
-        await editor.press("Enter")
+    await editor.press("F6")
+    await editor.type("mission: m\ntree:\n  sequence:\n    - wait: 600\n    - log: here\n")
+    await editor.until("document.querySelectorAll('.node').length === 4")
+    frame = "document.getElementById('run-frame').contentDocument"
+    await editor.saved()
+    await editor.look("document.getElementById('drawing').focus()")
+    for _ in range(2):
+        await editor.press("ArrowRight")
+    await editor.press("m")
+    await editor.until("document.querySelectorAll('#plan .shape').length === 4")
+    for _ in range(8):
         await editor.press("ArrowUp")
-        await editor.press("Enter")
-        await editor.until(f"{shapes} === 13")
-        await editor.look(f"(tool => {choose.format('')})(document.getElementById('tool'))")
-        zone, floor = [
-            json.loads(
-                await editor.look(
-                    f"JSON.stringify(document.querySelector({name!r}).getBoundingClientRect())"
-                )
+    await editor.press("Enter")  # takes the place, and goes to the button
+    await editor.press("Enter")
+    await editor.shows("things", "at 0.0: spawn_box at (0, 0.8)")
+    await editor.press("m")
+    await editor.press("r")
+    await editor.until(f"{frame}?.getElementById('status')?.textContent === 'paused'")
+    await editor.until(f"{frame}.querySelector('[aria-label*=breakpoint]') !== null")
+    await editor.shows("run-state", "paused: breakpoint at 'wait'")
+    await editor.until("document.querySelector('#box-2[aria-label*=breakpoint]') !== null")
+    await editor.set("wait", "0.5")
+    await editor.click("show-map")
+    await editor.until("document.activeElement.id === 'plan'")
+    floor = "document.querySelector('#plan .floor').getBoundingClientRect()"
+    box = json.loads(await editor.look(f"JSON.stringify({floor})"))
+    at = {"x": box["x"] + 0.7 * box["width"], "y": box["y"] + 0.3 * box["height"]}
+    for kind in ("mousePressed", "mouseReleased"):
+        await editor.call("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **at)
+    await editor.press("Enter")
+    await editor.shows("things", "at 0.05: spawn_box at (0.8, 0.8)")
+    await editor.click("show-map")
+    await editor.look("document.getElementById('drawing').focus()")
+    await editor.press("R")
+    await editor.shows("window-title", "Continue from 0.05 s")
+    await editor.shows("window-body", "+    - wait: 0.5")
+    await editor.shows("window-body", "+ fault at 0.05: spawn_box at (0.8, 0.8)")
+    await editor.look("document.querySelector('#window-buttons button').click()")
+    await editor.until(f"{frame}?.getElementById('status')?.textContent === 'success'")
+    await editor.shows("run-state", "from 0.05 s with the text as it is")
+    await editor.until(f"{frame}.getElementById('log').textContent.includes('fault 2 begins')")
+    await editor.saved()
+    await editor.look("document.getElementById('save-scenario').click()")
+    await editor.shows("window-body", "outcome: any")
+    await editor.look("document.querySelector('#window-buttons button').click()")
+    await editor.shows("banners", "Written: explore_faults.yaml")
+    path = editor.file.with_name("explore_faults.yaml")
+    scenario = load_scenario(path)
+    texts = [fault.planned.text for fault in scenario.faults]
+    assert texts == ["at 0.0: spawn_box at (0, 0.8)", "at 0.05: spawn_box at (0.8, 0.8)"]
+
+
+@played("play", text=WORLD)
+async def test_a_world_is_drawn_on_its_map(editor: Editor) -> None:
+    """By keys, the mouse and the form: only the lines of what has changed are others."""
+    shapes = "document.querySelectorAll('#plan .shape').length"
+    fields = "document.getElementById('plan-form').elements"
+    choose = "(tool.value = {!r}, tool.dispatchEvent(new Event('change')))"
+    await editor.until(f"{shapes} === 12")
+    await editor.look(f"(tool => {choose.format('walls')})(document.getElementById('tool'))")
+    await editor.press("Enter")
+    await editor.press("ArrowUp")
+    await editor.press("Enter")
+    await editor.until(f"{shapes} === 13")
+    await editor.look(f"(tool => {choose.format('')})(document.getElementById('tool'))")
+    zone, floor = [
+        json.loads(
+            await editor.look(
+                f"JSON.stringify(document.querySelector({name!r}).getBoundingClientRect())"
             )
-            for name in ("#plan .zone", "#plan .floor")
-        ]
-        mouse = partial(editor.call, "Input.dispatchMouseEvent", button="left")
-        at = {"x": zone["x"] + zone["width"] / 2, "y": zone["y"] + zone["height"] / 2}
-        await mouse(type="mousePressed", clickCount=1, **at)
-        at["x"] += floor["width"] / 10
-        await mouse(type="mouseMoved", **at)
-        await mouse(type="mouseReleased", clickCount=1, **at)
-        await editor.until(f"{fields}.x?.value === '-1.35' && {IDLE}")
-        await editor.look(f"{fields}.radius.focus(), {fields}.radius.select()")
-        await editor.type("0.3")
-        await editor.press("Enter")
-        radius = "document.querySelector('#plan .zone').getAttribute('r')"
-        await editor.until(f"{radius} === '0.3' && {IDLE}")
-        await editor.look("document.querySelectorAll('#things button')[4].focus()")
-        await editor.press("Enter")
-        await editor.until(f"{fields}.name.value === 'wall beside A'")
-        await editor.look("document.getElementById('plan').focus()")
-        await editor.press("Delete")
-        await editor.until(f"{shapes} === 12")
-        lines = before.splitlines()
-        after = (await editor.saved()).splitlines()
-        assert [line for line in after if line not in lines] == [
-            "  - {name: wall 1, from: [0, 0], to: [0, 0.1]}",
-            "  - {name: A, x: -1.35, y: -1.76, radius: 0.3, colour: green}",
-        ]
-        gone = [line.split(",")[0] for line in lines if line not in after]
-        assert gone == ["  - {name: wall beside A", "  - {name: A"]
+        )
+        for name in ("#plan .zone", "#plan .floor")
+    ]
+    mouse = partial(editor.call, "Input.dispatchMouseEvent", button="left")
+    at = {"x": zone["x"] + zone["width"] / 2, "y": zone["y"] + zone["height"] / 2}
+    await mouse(type="mousePressed", clickCount=1, **at)
+    at["x"] += floor["width"] / 10
+    await mouse(type="mouseMoved", **at)
+    await mouse(type="mouseReleased", clickCount=1, **at)
+    await editor.until(f"{fields}.x?.value === '-1.35' && {IDLE}")
+    await editor.look(f"{fields}.radius.focus(), {fields}.radius.select()")
+    await editor.type("0.3")
+    await editor.press("Enter")
+    radius = "document.querySelector('#plan .zone').getAttribute('r')"
+    await editor.until(f"{radius} === '0.3' && {IDLE}")
+    await editor.look("document.querySelectorAll('#things button')[4].focus()")
+    await editor.press("Enter")
+    await editor.until(f"{fields}.name.value === 'wall beside A'")
+    await editor.look("document.getElementById('plan').focus()")
+    await editor.press("Delete")
+    await editor.until(f"{shapes} === 12")
+    lines = WORLD.splitlines()
+    after = (await editor.saved()).splitlines()
+    assert [line for line in after if line not in lines] == [
+        "  - {name: wall 1, from: [0, 0], to: [0, 0.1]}",
+        "  - {name: A, x: -1.35, y: -1.76, radius: 0.3, colour: green}",
+    ]
+    gone = [line.split(",")[0] for line in lines if line not in after]
+    assert gone == ["  - {name: wall beside A", "  - {name: A"]
 
-    play(scene)
+
+TWO_LINES = "mission: m\n# one\ntree:\n  sequence:\n    - wait: 1\n# end\n"
 
 
-def test_files_of_a_folder_and_a_file_that_changed_on_disk(chromium: Page, tmp_path: Path) -> None:
+@played("play", text=TWO_LINES, folder=True)
+async def test_files_of_a_folder_and_a_file_that_changed_on_disk(editor: Editor) -> None:
     """A file is created, renamed and deleted; of two versions each place can be chosen."""
-    file = tmp_path / "m.yaml"
-    before = "mission: m\n# one\ntree:\n  sequence:\n    - wait: 1\n# end\n"
-    file.write_text(before)
     window = "document.getElementById('window')"
-    editor = Editor(chromium, file)
 
     async def click(label: str) -> None:
         buttons = "[...document.querySelectorAll('#window-buttons button')]"
@@ -464,39 +440,26 @@ def test_files_of_a_folder_and_a_file_that_changed_on_disk(chromium: Page, tmp_p
         await click(label)
         await editor.until(f"document.getElementById('files').value === {name!r}")
 
-    async def scene() -> None:
-        await editor.until("document.getElementById('files').value === 'm.yaml'")
-        await named("new.yaml", "Create")
-        await named("newer.yaml", "Rename")
-        await editor.look("document.getElementById('file-acts').click()")
-        await click("Delete…")
-        await editor.until(f"{window}.open")
-        await click("Delete")
-        await editor.until("document.getElementById('files').value === 'm.yaml'")
-        await editor.until("document.getElementById('files').options.length === 1")
-        await editor.until("document.querySelectorAll('.node').length === 3")
-        await editor.until("document.getElementById('problems').textContent === 'no problems'")
-        await editor.add("log")
-        mine = await editor.look(f"{TEXT}.textContent")
-        assert "log" in mine
-        file.write_text(before.replace("# one", "# one on disk"))
-        await editor.until("document.getElementById('banner-conflict') !== null")
-        await editor.look("document.querySelector('#banner-conflict button').click()")
-        await editor.until(f"{window}.open && document.querySelectorAll('fieldset').length > 1")
-        await click("Use these lines")
-        await editor.saved()
-
-    async def visited(server: EditServer) -> None:
-        await editor.visit(server.link, 1440, 900)
-        try:
-            await scene()
-        finally:
-            await editor.look("onbeforeunload = null, document.body.remove()")
-
-    play_with(EditServer(Workspace(tmp_path), WebOptions(port=0)), visited)
-    text = file.read_text()
+    await editor.until("document.getElementById('files').value === 'explore.yaml'")
+    await named("new.yaml", "Create")
+    await named("newer.yaml", "Rename")
+    await editor.look("document.getElementById('file-acts').click()")
+    await click("Delete…")
+    await editor.until(f"{window}.open")
+    await click("Delete")
+    await editor.until("document.getElementById('files').value === 'explore.yaml'")
+    await editor.until("document.getElementById('files').options.length === 1")
+    await editor.until("document.querySelectorAll('.node').length === 3")
+    await editor.until("document.getElementById('problems').textContent === 'no problems'")
+    await editor.add("log")
+    mine = await editor.look(f"{TEXT}.textContent")
+    assert "log" in mine
+    editor.file.write_text(TWO_LINES.replace("# one", "# one on disk"))
+    await editor.until("document.getElementById('banner-conflict') !== null")
+    await editor.look("document.querySelector('#banner-conflict button').click()")
+    await editor.until(f"{window}.open && document.querySelectorAll('fieldset').length > 1")
+    await click("Use these lines")
+    text = await editor.saved()
     assert "# one on disk\n" in text
     assert "log" in text
-    assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
-    assert chromium.problems == []
-    chromium.visit("about:blank", width=800, height=600)
+    assert [path.name for path in editor.file.parent.iterdir()] == ["explore.yaml"]

@@ -20,6 +20,7 @@ from bt_mission.views.web.edit.server import EditServer
 from bt_mission.views.web.edit.workspace import Workspace
 from bt_mission.views.web.server import WebOptions
 from tests.support.web_pages import fetch, play_with
+from tests.support.web_scenes import played
 
 TEXT = "mission: m  # \U0001f600\ntree:\n  sequence:\n    - wait: 1\n    - turn: {angel: 90}\n"
 
@@ -48,11 +49,8 @@ class Client:
         return int(first.split()[1]), rest
 
 
-Play = Callable[[Callable[[Client], Awaitable[None]]], None]
-
-
 @pytest.fixture
-def play(tmp_path: Path) -> Play:
+def play(tmp_path: Path) -> Callable[..., None]:
     """Play a scene at the server of a folder with one mission."""
     (tmp_path / "m.yaml").write_text(TEXT)
 
@@ -63,27 +61,31 @@ def play(tmp_path: Path) -> Play:
     return play
 
 
-def test_a_text_is_checked_drawn_and_kept_beside_its_file(play: Play, tmp_path: Path) -> None:
+def names_in(folder: Path) -> list[str]:
+    """The names of the files of a folder."""
+    return sorted(path.name for path in folder.iterdir())
+
+
+@played("play")
+async def test_a_text_is_checked_drawn_and_kept_beside_its_file(
+    client: Client, tmp_path: Path
+) -> None:
     """Offsets are those of JavaScript; a save removes the text beside the file."""
-
-    async def scene(client: Client) -> None:
-        answer = await client.ask("check", name="m.yaml", text=TEXT)
-        (mark,) = (mark for mark in answer["marks"] if mark["severity"] == "error")
-        units = TEXT.encode("utf-16-le")
-        assert units[2 * mark["from"] : 2 * mark["to"]].decode("utf-16-le") == "angel"
-        assert mark["code"] == "BT-502"
-        kinds = [box["kind"] for box in answer["boxes"]]
-        assert kinds == ["mission", "sequence", "wait", "turn"]
-        assert not (tmp_path / ".m.yaml.unsaved").exists()
-        better = TEXT.replace("angel", "angle")
-        await client.ask("check", name="m.yaml", text=better)
-        opened = await client.ask("open", name="m.yaml")
-        assert (opened["text"], opened["draft"]) == (TEXT, better)
-        assert await client.ask("save", name="m.yaml", text=better, base=TEXT) == {"text": better}
-        assert (tmp_path / "m.yaml").read_text() == better
-        assert (await client.ask("open", name="m.yaml"))["draft"] is None
-
-    play(scene)
+    answer = await client.ask("check", name="m.yaml", text=TEXT)
+    (mark,) = (mark for mark in answer["marks"] if mark["severity"] == "error")
+    units = TEXT.encode("utf-16-le")
+    assert units[2 * mark["from"] : 2 * mark["to"]].decode("utf-16-le") == "angel"
+    assert mark["code"] == "BT-502"
+    kinds = [box["kind"] for box in answer["boxes"]]
+    assert kinds == ["mission", "sequence", "wait", "turn"]
+    assert not (tmp_path / ".m.yaml.unsaved").exists()
+    better = TEXT.replace("angel", "angle")
+    await client.ask("check", name="m.yaml", text=better)
+    opened = await client.ask("open", name="m.yaml")
+    assert (opened["text"], opened["draft"]) == (TEXT, better)
+    assert await client.ask("save", name="m.yaml", text=better, base=TEXT) == {"text": better}
+    assert (tmp_path / "m.yaml").read_text() == better
+    assert (await client.ask("open", name="m.yaml"))["draft"] is None
 
 
 @pytest.mark.parametrize(
@@ -96,137 +98,113 @@ def test_a_text_is_checked_drawn_and_kept_beside_its_file(play: Play, tmp_path: 
         ("seeds: [1, 2\n", "BT-105"),
     ],
 )
-def test_files_of_other_kinds_are_checked_as_text(
-    play: Play, tmp_path: Path, text: str, code: str
+@played("play")
+async def test_files_of_other_kinds_are_checked_as_text(
+    client: Client, tmp_path: Path, text: str, code: str
 ) -> None:
     """They have no tree."""
     (tmp_path / "other.yaml").write_text(text)
-
-    async def scene(client: Client) -> None:
-        answer = await client.ask("check", name="other.yaml", text=text)
-        assert [mark["code"] for mark in answer["marks"]][:1] == [code]
-        assert not answer["boxes"]
-
-    play(scene)
+    answer = await client.ask("check", name="other.yaml", text=text)
+    assert [mark["code"] for mark in answer["marks"]][:1] == [code]
+    assert not answer["boxes"]
 
 
-def test_a_file_that_changed_meanwhile_is_not_overwritten(play: Play, tmp_path: Path) -> None:
+@played("play")
+async def test_a_file_that_changed_meanwhile_is_not_overwritten(
+    client: Client, tmp_path: Path
+) -> None:
     """The answer has the text on disk; a forced save replaces it. Line ends stay."""
-
-    async def scene(client: Client) -> None:
-        (tmp_path / "m.yaml").write_bytes(b"mission: other\r\n")
-        answer = await client.ask("save", name="m.yaml", text="mission: n\n", base=TEXT)
-        assert (answer["code"], answer["theirs"]) == ("BT-1303", "mission: other\n")
-        state = await client.ask("state", name="m.yaml", page="a", base=TEXT, text="mission: n\n")
-        assert state == {"leads": True, "is_changed": True, "exists": True}
-        await client.ask("save", name="m.yaml", text="mission: n\n", base=TEXT, is_forced=True)
-        assert (tmp_path / "m.yaml").read_bytes() == b"mission: n\r\n"
-        (tmp_path / "m.yaml").unlink()
-        gone = await client.ask("save", name="m.yaml", text="x: 1\n", base="mission: n\n")
-        assert gone["theirs"] is None
-
-    play(scene)
+    (tmp_path / "m.yaml").write_bytes(b"mission: other\r\n")
+    answer = await client.ask("save", name="m.yaml", text="mission: n\n", base=TEXT)
+    assert (answer["code"], answer["theirs"]) == ("BT-1303", "mission: other\n")
+    state = await client.ask("state", name="m.yaml", page="a", base=TEXT, text="mission: n\n")
+    assert state == {"leads": True, "is_changed": True, "exists": True}
+    await client.ask("save", name="m.yaml", text="mission: n\n", base=TEXT, is_forced=True)
+    assert (tmp_path / "m.yaml").read_bytes() == b"mission: n\r\n"
+    (tmp_path / "m.yaml").unlink()
+    gone = await client.ask("save", name="m.yaml", text="x: 1\n", base="mission: n\n")
+    assert gone["theirs"] is None
 
 
-def test_files_are_created_renamed_and_deleted(play: Play, tmp_path: Path) -> None:
+@played("play")
+async def test_files_are_created_renamed_and_deleted(client: Client, tmp_path: Path) -> None:
     """Unsaved text goes with a renamed file; a file that changed meanwhile is not deleted."""
     (tmp_path / "other.yaml").symlink_to("/etc/hostname")
     (tmp_path / "out").symlink_to("/tmp")  # noqa: S108 - nothing is written there
-
-    async def scene(client: Client) -> None:
-        assert await client.ask("create", name="new.yaml") == {"name": "new.yaml"}
-        assert (tmp_path / "new.yaml").read_text() == ""
-        for name in ("new.yaml", "other.yaml", "out/x.yaml", "../x.yaml", "none/x.yaml", "x.txt"):
-            assert "error" in await client.ask("create", name=name), name
-            assert "error" in await client.ask("rename", name="m.yaml", other=name), name
-        await client.ask("check", name="m.yaml", text="mission: draft\n")
-        assert (await client.ask("rename", name="m.yaml", other="n.yaml"))["name"] == "n.yaml"
-        opened = await client.ask("open", name="n.yaml")
-        assert (opened["text"], opened["draft"]) == (TEXT, "mission: draft\n")
-        answer = await client.ask("delete", name="n.yaml", base="mission: older\n")
-        assert (answer["code"], answer["theirs"]) == ("BT-1303", TEXT)
-        assert await client.ask("delete", name="n.yaml", base=TEXT) == {}
-        assert "error" in await client.ask("delete", name="n.yaml", base=TEXT)
-
-    play(scene)
-    names = sorted(path.name for path in tmp_path.iterdir())
-    assert names == ["new.yaml", "other.yaml", "out"]
+    assert await client.ask("create", name="new.yaml") == {"name": "new.yaml"}
+    assert (tmp_path / "new.yaml").read_text() == ""
+    for name in ("new.yaml", "other.yaml", "out/x.yaml", "../x.yaml", "none/x.yaml", "x.txt"):
+        assert "error" in await client.ask("create", name=name), name
+        assert "error" in await client.ask("rename", name="m.yaml", other=name), name
+    await client.ask("check", name="m.yaml", text="mission: draft\n")
+    assert (await client.ask("rename", name="m.yaml", other="n.yaml"))["name"] == "n.yaml"
+    opened = await client.ask("open", name="n.yaml")
+    assert (opened["text"], opened["draft"]) == (TEXT, "mission: draft\n")
+    answer = await client.ask("delete", name="n.yaml", base="mission: older\n")
+    assert (answer["code"], answer["theirs"]) == ("BT-1303", TEXT)
+    assert await client.ask("delete", name="n.yaml", base=TEXT) == {}
+    assert "error" in await client.ask("delete", name="n.yaml", base=TEXT)
+    assert names_in(tmp_path) == ["new.yaml", "other.yaml", "out"]
 
 
-def test_versions_of_a_text_are_shown_side_by_side(play: Play) -> None:
+@played("play")
+async def test_versions_of_a_text_are_shown_side_by_side(client: Client) -> None:
     """Each hunk has the lines before, on disk and in the page."""
-
-    async def scene(client: Client) -> None:
-        answer = await client.ask("merge", base="a\nb\n", theirs="x\nb\n", mine="a\nb\nc\n")
-        assert answer["hunks"] == [
-            {"base": "a\n", "theirs": "x\n", "mine": "a\n", "choice": "theirs"},
-            {"base": "b\n", "theirs": "b\n", "mine": "b\n", "choice": "theirs"},
-            {"base": "", "theirs": "", "mine": "c\n", "choice": "mine"},
-        ]
-
-    play(scene)
+    answer = await client.ask("merge", base="a\nb\n", theirs="x\nb\n", mine="a\nb\nc\n")
+    assert answer["hunks"] == [
+        {"base": "a\n", "theirs": "x\n", "mine": "a\n", "choice": "theirs"},
+        {"base": "b\n", "theirs": "b\n", "mine": "b\n", "choice": "theirs"},
+        {"base": "", "theirs": "", "mine": "c\n", "choice": "mine"},
+    ]
 
 
-def test_a_second_page_follows_until_it_takes_over(play: Play) -> None:
+@played("play")
+async def test_a_second_page_follows_until_it_takes_over(client: Client) -> None:
     """It receives the text of the first one."""
-
-    async def scene(client: Client) -> None:
-        assert (await client.ask("state", name="m.yaml", page="a", text="a: 1\n"))["leads"]
-        assert await client.ask("state", name="m.yaml", page="b") == {
-            "leads": False,
-            "text": "a: 1\n",
-        }
-        assert (await client.ask("state", name="m.yaml", page="b", take=True))["leads"]
-        assert not (await client.ask("state", name="m.yaml", page="a"))["leads"]
-
-    play(scene)
+    assert (await client.ask("state", name="m.yaml", page="a", text="a: 1\n"))["leads"]
+    assert await client.ask("state", name="m.yaml", page="b") == {"leads": False, "text": "a: 1\n"}
+    assert (await client.ask("state", name="m.yaml", page="b", take=True))["leads"]
+    assert not (await client.ask("state", name="m.yaml", page="a"))["leads"]
 
 
 @pytest.mark.parametrize(
     "name", ["../m.yaml", "/etc/x.yaml", ".m.yaml", "m.txt", "a\0.yaml", "l.yaml"]
 )
-def test_only_yaml_files_of_the_folder_are_read(play: Play, tmp_path: Path, name: str) -> None:
+@played("play")
+async def test_only_yaml_files_of_the_folder_are_read(
+    client: Client, tmp_path: Path, name: str
+) -> None:
     """Links that lead out of it are refused, too."""
     (tmp_path / "l.yaml").symlink_to("/etc/hostname")
-
-    async def scene(client: Client) -> None:
-        listed = (await client.ask("files"))["files"]
-        assert [row["name"] for row in listed] == ["m.yaml"]
-        assert (await client.ask("open", name=name))["code"] == "BT-1302"
-        assert (await client.ask("save", name=name, text="", base=""))["code"] == "BT-1302"
-
-    play(scene)
+    listed = (await client.ask("files"))["files"]
+    assert [row["name"] for row in listed] == ["m.yaml"]
+    assert (await client.ask("open", name=name))["code"] == "BT-1302"
+    assert (await client.ask("save", name=name, text="", base=""))["code"] == "BT-1302"
 
 
-def test_a_read_only_page_writes_and_runs_nothing(play: Any, tmp_path: Path) -> None:
+@played("play", is_read_only=True)
+async def test_a_read_only_page_writes_and_runs_nothing(client: Client, tmp_path: Path) -> None:
     """It checks, and keeps no text beside the file."""
-
-    async def scene(client: Client) -> None:
-        await client.ask("check", name="m.yaml", text="mission: x\n")
-        for request in ("save", "run", "prove", "create", "rename", "delete"):
-            answer = await client.ask(
-                request, name="m.yaml", text="mission: x\n", base=TEXT, speed="1", other="o.yaml"
-            )
-            assert "read-only" in answer["error"]
-
-    play(scene, is_read_only=True)
-    assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
+    await client.ask("check", name="m.yaml", text="mission: x\n")
+    for request in ("save", "run", "prove", "create", "rename", "delete"):
+        answer = await client.ask(
+            request, name="m.yaml", text="mission: x\n", base=TEXT, speed="1", other="o.yaml"
+        )
+        assert "read-only" in answer["error"]
+    assert names_in(tmp_path) == ["m.yaml"]
 
 
-def test_the_page_is_guarded_as_the_others_are(play: Play) -> None:
+@played("play")
+async def test_the_page_is_guarded_as_the_others_are(client: Client) -> None:
     """Other origins, large bodies and nonsense are refused; only its own pages may frame it."""
-
-    async def scene(client: Client) -> None:
-        status, _ = await client.post("api/files", "{}", Origin="http://example.org")
-        assert status == 403
-        status, headers, _ = await fetch(client.server, urlsplit(client.server.link).path)
-        assert status == 200
-        assert "frame-ancestors 'self'" in headers["content-security-policy"]
-        for body in ("{", "[]", '{"do": 1}', '{"do": "fly"}', '{"do": "move", "path": [1.5]}'):
-            assert "error" in json.loads((await client.post("api/act", body))[1])
-        assert "exceeds" in (await client.ask("files", text="x" * 4_000_001))["error"]
-
-    play(scene)
+    status, _ = await client.post("api/files", "{}", Origin="http://example.org")
+    assert status == 403
+    status, headers, _ = await fetch(client.server, urlsplit(client.server.link).path)
+    assert status == 200
+    assert "frame-ancestors 'self'" in headers["content-security-policy"]
+    for body in ("{", "[]", '{"do": 1}', '{"do": "fly"}', '{"do": "move", "path": [1.5]}'):
+        assert "error" in json.loads((await client.post("api/act", body))[1])
+    assert "exceeds" in (await client.ask("files", text="x" * 4_000_001))["error"]
 
 
 @pytest.mark.process
@@ -265,15 +243,14 @@ def test_a_run_ends_with_an_editor_that_is_killed(tmp_path: Path) -> None:
     assert not trial.exists()
 
 
-def test_the_unsaved_text_of_a_deleted_file_is_offered(play: Play, tmp_path: Path) -> None:
+@played("play")
+async def test_the_unsaved_text_of_a_deleted_file_is_offered(
+    client: Client, tmp_path: Path
+) -> None:
     """The file is listed as long as its text is kept."""
-
-    async def scene(client: Client) -> None:
-        await client.ask("check", name="m.yaml", text="mission: mine\n")
-        (tmp_path / "m.yaml").unlink()
-        files = (await client.ask("files"))["files"]
-        assert files == [{"name": "m.yaml", "kind": "mission", "is_unsaved": True}]
-        opened = await client.ask("open", name="m.yaml")
-        assert (opened["text"], opened["draft"]) == ("", "mission: mine\n")
-
-    play(scene)
+    await client.ask("check", name="m.yaml", text="mission: mine\n")
+    (tmp_path / "m.yaml").unlink()
+    files = (await client.ask("files"))["files"]
+    assert files == [{"name": "m.yaml", "kind": "mission", "is_unsaved": True}]
+    opened = await client.ask("open", name="m.yaml")
+    assert (opened["text"], opened["draft"]) == ("", "mission: mine\n")

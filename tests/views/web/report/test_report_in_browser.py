@@ -8,12 +8,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from tests.support.browser import BROWSER, Page
+from tests.support.browser import IN_BROWSER, Page
 
-pytestmark = [
-    pytest.mark.process,
-    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
-]
+pytestmark = IN_BROWSER
 
 OPENED = "document.body.classList.contains('has-report') && document.querySelector('.row')"
 FLEET = """\
