@@ -14,9 +14,10 @@ import pytest
 
 from benchmarks.harness import tree as module
 from benchmarks.harness.catalogue import Benchmark, Target
-from benchmarks.harness.report import machine_line, markdown, spread
+from benchmarks.harness.report import machine_line, markdown
 from benchmarks.harness.running import Figure, Measurement, Plan, Runner
 from benchmarks.harness.tree import ROOT, WITHOUT_EDITABLE, Tree, TreeError, checked_out
+from benchmarks.measuring import spread
 
 GIVES = """\
 import json, os, pathlib, sys
