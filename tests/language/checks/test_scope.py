@@ -17,7 +17,12 @@ FOLLOW = "mission: m\nfollow: {topic: b, type: std_msgs/msg/Float64, field: data
         ("check: b", [(4, "expected a boolean, got a number")]),
         ("repeat: {count: b}\n  do: {log: '${b + 1}'}", [(4, "expected an integer, got a number")]),
     ],
-    ids=["a loop may wait for it", "so may a goal", "its type in a condition", "its type in a count"],
+    ids=[
+        "a loop may wait for it",
+        "so may a goal",
+        "its type in a condition",
+        "its type in a count",
+    ],
 )
 def test_a_variable_that_follows_a_topic(tree, expected):
     """It changes without any node; its type is known from the interface."""
@@ -50,13 +55,14 @@ def test_an_included_tree_follows_topics(tmp_path):
 def test_an_input_is_read_in_any_part_of_a_node():
     """Goal, request, limits, condition, counts; one that is read nowhere is warned of."""
     mission = load(
-        "mission: m\ninputs: {a: 1, b: 2, c: 3, d: 4, e: 5, f: 6, g: 7, h: 8, idle: 9}\ntree:\n"
-        "  sequence:\n"
+        "mission: m\ninputs: {a: 1, b: 2, c: 3, d: 4, e: 5, f: 6, g: 7, h: 8, i: 9, idle: 10}\n"
+        "tree:\n  sequence:\n"
         "    - retry: {attempts: $e, pause: 0.0}\n      do:\n        turn: {angle: $a}\n"
         "        timeout: $b\n        feedback_timeout: $c\n        cancel_when: x > $d\n"
         "    - {service: {name: s, type: a/srv/B, request: {x: $f}}, timeout: $g}\n"
         "    - {wait_for: {topic: t, type: a/msg/B, until: y > $h}, timeout: 1}\n"
+        "    - turn: {angle: a word $i}\n      timeout: 9\n"
     )
     assert [(each.line, each.column, each.message) for each in mission.warnings] == [
-        (2, 58, "the input 'idle' is never read")
+        (2, 64, "the input 'idle' is never read")
     ]
