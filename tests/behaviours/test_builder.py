@@ -17,29 +17,6 @@ from bt_mission.ros.interface_types import fill
 from bt_mission.sessions.load import load
 
 
-def test_wait_ends_at_its_exact_time(play: Any) -> None:
-    """A wait entered at a tick runs for its seconds of ROS time."""
-    run = play("  wait: 1.0")
-    assert run.tick() == "R"
-    assert run.tick(19) == "R"
-    assert run.tick() == "S"
-
-
-def test_repeat_reads_a_random_count_once(play: Any) -> None:
-    """The count that was drawn at the start is the one that holds."""
-    tree = "  repeat: {count: 'round(uniform(2, 9))'}\n  do: {log: again}"
-    run = play(tree)
-    run.tick(20)
-    assert f"{len(run.logged)} of {len(run.logged)}" == run.root.feedback_message
-
-
-def test_log_fills_in_variables(play: Any) -> None:
-    """``$name`` and ``${expression}`` are read when the node is reached."""
-    run = play("  log: 'at $speed m/s, ${speed * 2}'", "mission: t\ninputs: {speed: 0.5}")
-    run.tick()
-    assert run.logged == ["at 0.5 m/s, 1"]
-
-
 def test_a_long_line_is_cut_and_its_length_logged(play: Any) -> None:
     """A list of pictures does not flood a terminal."""
     run = play("  log: $word", f"mission: t\ninputs: {{word: {'x' * 1_001}}}")
