@@ -28,10 +28,10 @@ S = 1_000_000_000
 )
 def test_mission_time(readings: tuple[float, ...], times: list[float], jumps: list[float]) -> None:
     """At each tick, and the jumps that are told; s."""
-    told: list[float] = []
-    time = MissionTime(told.append)
+    skipped: list[float] = []
+    time = MissionTime(skipped.append)
     assert [time.advance(round(read * S)) / S for read in readings] == times
-    assert told == jumps
+    assert skipped == jumps
 
 
 def test_before_the_first_tick_it_is_ros_time() -> None:
