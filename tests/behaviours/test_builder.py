@@ -78,8 +78,12 @@ def test_a_goal_is_filled_once_when_its_leaf_starts(play: Any) -> None:
     """In each round; a revised node sends what it says now, with its limit."""
     run = play(TREE % (90, 60))
     asked: list[Any] = []
-    prepare = run.turn.prepare
-    run.turn.prepare = lambda fields: asked.append(dict(fields)) or prepare(fields)
+
+    def prepare(fields: Any) -> Any:
+        asked.append(dict(fields))
+        return fields
+
+    run.turn.prepare = prepare
     finish_goals(run, 2)
     assert asked == run.turn.requests == [{"angle": 90}] * 2
     revise_tree(load(f"mission: test\ntree:\n{TREE % (45, 1)}"), run.scope)
