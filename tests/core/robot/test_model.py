@@ -40,6 +40,12 @@ def test_models_have_the_published_figures(
     assert robot.turning_radius == pytest.approx(turning_radius, abs=5e-4)
 
 
+def test_an_unknown_robot_is_refused():
+    """As any other file, with the nearest name."""
+    with pytest.raises(InputError, match="did you mean 'waffle'"):
+        load_robot("wafle")
+
+
 def test_waffle_hull_is_measured_from_the_axle():
     """Front 0.069 m, rear 0.197 m behind, half width 0.153 m with the wheels."""
     hull = load_robot("waffle").hull
