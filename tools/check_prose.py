@@ -32,6 +32,7 @@ PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs")
 CODE = ("bt_mission", "action_servers", "sim")
 MESSAGES = (
     "bt_mission/core/error_catalogue.toml",
+    "tests/behaviours/transcripts",
     "tests/btcpp/transcripts",
     "tests/cli/transcripts",
     "tests/language/broken",

@@ -5,55 +5,16 @@ Letters are statuses from the root down: R running, S success, F failure, I not 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import Turn
 
+from bt_mission.behaviours.builder import revise_tree
 from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.ros.interface_types import fill
-
-
-def result(angle: float = 0.0) -> Any:
-    """What /turn gives back."""
-    return Turn.Result(angle_turned=angle)
-
-
-def feedback(current: float, remaining: float = 0.0) -> Any:
-    """What /turn says on the way."""
-    return Turn.Feedback(current_angle=current, remaining_angle=remaining)
-
-
-def test_wait_ends_at_its_exact_time(play: Any) -> None:
-    """A wait entered at a tick runs for its seconds of ROS time."""
-    run = play("  wait: 1.0")
-    assert run.tick() == "R"
-    assert run.tick(19) == "R"
-    assert run.tick() == "S"
-
-
-def test_repeat_runs_its_child_count_times(play: Any) -> None:
-    """One round a tick; the count is read when the repeat starts."""
-    run = play("  repeat: {count: $n}\n  do: {log: again}", "mission: t\ninputs: {n: 3}")
-    assert run.tick() == "RS"
-    assert run.tick() == "RS"
-    assert run.tick() == "SS"
-    assert run.logged == ["again"] * 3
-
-
-def test_repeat_reads_a_random_count_once(play: Any) -> None:
-    """The count that was drawn at the start is the one that holds."""
-    tree = "  repeat: {count: 'round(uniform(2, 9))'}\n  do: {log: again}"
-    run = play(tree)
-    run.tick(20)
-    assert f"{len(run.logged)} of {len(run.logged)}" == run.root.feedback_message
-
-
-def test_log_fills_in_variables(play: Any) -> None:
-    """``$name`` and ``${expression}`` are read when the node is reached."""
-    run = play("  log: 'at $speed m/s, ${speed * 2}'", "mission: t\ninputs: {speed: 0.5}")
-    run.tick()
-    assert run.logged == ["at 0.5 m/s, 1"]
+from bt_mission.sessions.load import load
 
 
 def test_a_long_line_is_cut_and_its_length_logged(play: Any) -> None:
@@ -61,28 +22,6 @@ def test_a_long_line_is_cut_and_its_length_logged(play: Any) -> None:
     run = play("  log: $word", f"mission: t\ninputs: {{word: {'x' * 1_001}}}")
     run.tick()
     assert run.logged == [f"{'x' * 1_000} ... (1,001 characters)"]
-
-
-def test_an_action_sends_its_resolved_goal(play: Any) -> None:
-    """Expressions of the goal are evaluated when the leaf starts."""
-    run = play("  turn: {angle: '$a * 2'}\n  timeout: 9", "mission: t\ninputs: {a: 45}")
-    run.tick()
-    (request,) = run.turn.requests
-    assert fill(Turn.Goal(), request).angle == 90
-
-
-def test_outputs_are_written_from_the_result(play: Any) -> None:
-    """A later node reads them."""
-    run = play(
-        "  sequence:\n"
-        "    - {turn: {angle: 90}, timeout: 9, outputs: {angle_turned: turned}}\n"
-        "    - log: turned $turned deg"
-    )
-    run.tick()
-    run.turn.accept()
-    run.turn.succeed(result(89.5))
-    run.tick()
-    assert run.logged == ["turned 89.5 deg"]
 
 
 def test_outputs_of_a_goal_cancelled_by_its_condition_are_written_too(play: Any) -> None:
@@ -98,13 +37,13 @@ def test_outputs_of_a_goal_cancelled_by_its_condition_are_written_too(play: Any)
     )
     run.tick()
     run.turn.accept()
-    run.turn.feed(feedback(44.0))
+    run.turn.feed(Turn.Feedback(current_angle=44.0))
     run.tick()
     assert run.turn.cancels == []
-    run.turn.feed(feedback(46.0))
+    run.turn.feed(Turn.Feedback(current_angle=46.0))
     run.tick()
     assert run.turn.cancels == [run.turn.goal]
-    run.turn.cancel(result(46.5))
+    run.turn.cancel(Turn.Result(angle_turned=46.5))
     assert run.tick() == "SSS"
     assert run.logged == ["turned 46.5 deg"]
 
@@ -114,96 +53,113 @@ def test_a_cancelled_goal_is_a_failure_unless_said_otherwise(play: Any) -> None:
     run = play("  turn: {angle: 90}\n  timeout: 9\n  cancel_when: current_angle > 45")
     run.tick()
     run.turn.accept()
-    run.turn.feed(feedback(50.0))
+    run.turn.feed(Turn.Feedback(current_angle=50.0))
     run.tick()
-    run.turn.cancel(result())
+    run.turn.cancel(Turn.Result())
     assert run.tick() == "F"
     assert run.executive.reason == (
         "'turn' canceled by condition: current_angle > 45 (current_angle = 50)"
     )
 
 
-def test_timeout_of_a_goal(play: Any) -> None:
-    """The limit of the mission file is the attempt's."""
-    run = play("  turn: {angle: 90}\n  timeout: 1")
+TREE = "  repeat: {count: 4}\n  do:\n    turn: {angle: %s}\n    timeout: %s\n"
+
+
+def finish_goals(run: Any, count: int = 1) -> None:
+    """Have the server accept and end one goal after another."""
+    for _ in range(count):
+        run.tick()
+        run.turn.accept()
+        run.turn.succeed()
+        run.tick()
+
+
+def test_a_goal_is_filled_once_when_its_leaf_starts(play: Any) -> None:
+    """In each round; a revised node sends what it says now, with its limit."""
+    run = play(TREE % (90, 60))
+    asked: list[Any] = []
+
+    def prepare(fields: Any) -> Any:
+        asked.append(dict(fields))
+        return fields
+
+    run.turn.prepare = prepare
+    finish_goals(run, 2)
+    assert asked == run.turn.requests == [{"angle": 90}] * 2
+    revise_tree(load(f"mission: test\ntree:\n{TREE % (45, 1)}"), run.scope)
+    finish_goals(run)
+    assert asked[2:] == run.turn.requests[2:] == [{"angle": 45}]
+    assert_limit(run, 1)
+
+
+def test_what_reads_a_variable_is_computed_for_each_goal(play: Any) -> None:
+    """Fields and limits."""
+    run = play(TREE % ("$angle * 2", "$limit"), "mission: m\ninputs: {angle: 90, limit: 60}")
+    for angle in (90, 45):
+        run.scope.values["angle"] = angle
+        finish_goals(run)
+        assert fill(Turn.Goal(), run.turn.requests[-1]).angle == 2 * angle
+    run.scope.values["limit"] = 1
+    assert_limit(run, 1)
+
+
+def assert_limit(run: Any, seconds: int) -> None:
+    """The next goal is cancelled after its time, to the tick."""
     run.tick()
     run.turn.accept()
-    run.tick(20)
+    run.tick(20 * seconds)
     assert run.turn.cancels == []
     run.tick()
     assert run.turn.cancels == [run.turn.goal]
 
 
-def test_progress_is_measured_towards_the_conditions_bound(play: Any) -> None:
-    """The live view draws feedback against the bound, or time against the timeout."""
-    run = play("  turn: {angle: 90}\n  timeout: 10\n  cancel_when: current_angle >= 45")
+@pytest.mark.parametrize(
+    ("angle", "condition", "progress"),
+    [
+        (90, "\n  cancel_when: current_angle >= 45", LeafProgress("current_angle", 15.0, 45.0)),
+        (-90, "", LeafProgress("current_angle", 15.0, 90.0)),
+    ],
+    ids=["towards the bound of its condition", "of the angle to turn"],
+)
+def test_progress_is_measured_by_the_feedback(
+    play: Any, angle: int, condition: str, progress: LeafProgress
+) -> None:
+    """Before the first feedback it is the time, of the timeout."""
+    run = play(f"  turn: {{angle: {angle}}}\n  timeout: 10{condition}")
     run.tick()
+    run.turn.goal.request = Turn.Goal(angle=float(angle))
     run.turn.accept()
     run.tick()
-    assert run.root.progress.label == "s"
-    assert run.root.progress.limit == 10
-    run.turn.feed(feedback(15.0))
+    assert (run.root.progress.label, run.root.progress.limit) == ("s", 10)
+    turned = math.copysign(15.0, angle)
+    run.turn.feed(Turn.Feedback(current_angle=turned, remaining_angle=angle - turned))
     run.tick()
-    assert (run.root.progress.label, run.root.progress.value, run.root.progress.limit) == (
-        "current_angle",
-        15.0,
-        45.0,
-    )
-
-
-def test_progress_without_a_condition_is_the_goals_own_measure(play: Any) -> None:
-    """The angle turned of the angle to turn, rather than the time of the timeout."""
-    run = play("  turn: {angle: -90}\n  timeout: 10")
-    run.tick()
-    run.turn.goal.request = Turn.Goal(angle=-90.0)
-    run.turn.accept()
-    run.turn.feed(feedback(-15.0, -75.0))
-    run.tick()
-    assert run.root.progress == LeafProgress("current_angle", 15.0, 90.0)
-
-
-def after_turning(play: Any, angle: float, *node: str) -> Any:
-    """Play a node that comes after a turn, whose result it reads as ``$n``."""
-    lines = "\n".join(f"{'    - ' if i == 0 else '      '}{line}" for i, line in enumerate(node))
-    first = "    - {turn: {angle: 9}, timeout: 9, outputs: {angle_turned: n}}"
-    run = play(f"  sequence:\n{first}\n{lines}")
-    run.tick()
-    run.turn.accept()
-    run.turn.succeed(result(angle))
-    return run
+    assert run.root.progress == progress
 
 
 @pytest.mark.parametrize(
     ("node", "value", "words"),
     [
-        (["wait: $n"], -1, "<text>:5:7: 'wait' cannot start: expected seconds, 0 or more, got -1"),
-        (["wait: 1 / $n"], 0, "'wait' cannot start: division by zero"),
-        (["wait: $n"], float("inf"), "expected seconds, 0 or more, got inf"),
-        (["wait: $n"], float("nan"), "expected seconds, 0 or more, got nan"),
-        (
-            ["repeat: {count: $n}", "do: {log: x}"],
-            1.5,
-            "expected an integer of at least 1, got 1.5",
-        ),
-        (
-            ["repeat: {count: $n}", "do: {log: x}"],
-            -1,
-            "expected an integer of at least 1, got -1",
-        ),
-        (
-            ["retry: {attempts: $n}", "do: {log: x}"],
-            0,
-            "expected an integer of at least 1, got 0",
-        ),
-        (["turn: {angle: 9}", "timeout: $n"], 0, "expected seconds above 0, got 0"),
+        ("wait: $n", -1, "<text>:5:7: 'wait' cannot start: expected seconds, 0 or more, got -1"),
+        ("wait: 1 / $n", 0, "'wait' cannot start: division by zero"),
+        ("wait: $n", float("inf"), "expected seconds, 0 or more, got inf"),
+        ("wait: $n", float("nan"), "expected seconds, 0 or more, got nan"),
+        ("{repeat: {count: $n}, do: {log: x}}", 1.5, "expected an integer of at least 1, got 1.5"),
+        ("{repeat: {count: $n}, do: {log: x}}", -1, "expected an integer of at least 1, got -1"),
+        ("{retry: {attempts: $n}, do: {log: x}}", 0, "expected an integer of at least 1, got 0"),
+        ("{turn: {angle: 9}, timeout: $n}", 0, "expected seconds above 0, got 0"),
     ],
 )
 def test_a_value_that_is_wrong_only_at_run_time_fails_the_mission_with_its_place(
-    play: Any, node: list[str], value: float, words: str
+    play: Any, node: str, value: float, words: str
 ) -> None:
     """No traceback: the mission fails and says which node could not start, and why."""
-    run = after_turning(play, value, *node)
-    run.tick(2)
+    turn = "{turn: {angle: 9}, timeout: 9, outputs: {angle_turned: n}}"
+    run = play(f"  sequence:\n    - {turn}\n    - {node}")
+    run.tick()
+    run.turn.accept()
+    run.turn.succeed(Turn.Result(angle_turned=value))
+    run.tick(3)
     assert run.status == "failure"
     assert words in run.executive.reason
 

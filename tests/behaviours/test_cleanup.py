@@ -53,14 +53,6 @@ def test_the_status_is_that_of_the_node(play: Any, result: int, letter: str, sta
     assert run.status == status
 
 
-def test_a_clean_up_that_fails_is_a_failure(play: Any) -> None:
-    """Though the node has succeeded; the reason names what has failed in it."""
-    run = play(f"  {tidy('{log: a}', '{check: false}')}")
-    assert run.tick() == "FSF"
-    assert run.executive.reason == "'check false' never holds"
-    assert run.root.feedback_message == "clean-up failed: 'check false' never holds"
-
-
 def test_a_clean_up_that_takes_too_long_is_halted(play: Any) -> None:
     """After its timeout of one second, to the tick; its goal is cancelled and awaited."""
     run = play(f"  {tidy('{log: a}')}")
@@ -221,19 +213,6 @@ def test_a_node_that_is_entered_again_waits_for_its_clean_up(play: Any) -> None:
     assert len(run.servers["/a"].goals) == 2
 
 
-def test_a_clean_up_sees_the_variables_as_they_were(play: Any) -> None:
-    """Also that of a loop which has ended; what it writes stays its own."""
-    then = "{sequence: [{set: {n: n + 1}}, {log: '$n $place'}]}"
-    run = play(
-        "  sequence:\n    - set: {n: 1}\n    - force: success\n      do:\n        timeout: 0.1\n"
-        f"        do: {{for_each: {{place: [7, 8]}}, do: {tidy('{wait: 9}', then)}}}\n"
-        "    - set: {n: 5}\n    - wait: 0.2\n    - log: $n\n"
-    )
-    run.tick(20)
-    assert run.logged == ["2 7", "5"]
-    assert run.status == "success"
-
-
 def test_inner_clean_ups_come_first(play: Any) -> None:
     """The time of the outer one begins behind them."""
     inner = tidy("{wait: 9}", "{sequence: [{wait: 0.4}, {log: inner}]}", "1")
@@ -243,17 +222,6 @@ def test_inner_clean_ups_come_first(play: Any) -> None:
     run.tick(25)
     assert run.logged == ["inner", "outer"]
     assert (run.status, run.executive.reason) == ("interrupted", "enough")
-
-
-def test_a_mission_that_succeeds_waits_for_what_was_halted_in_it(play: Any) -> None:
-    """And fails where that fails."""
-    for then, status in (("{wait: 0.5}", "success"), ("{check: false}", "failure")):
-        run = play(f"  parallel: [{tidy('{wait: 9}', then)}, {{wait: 0.1}}]\n  succeed_when: any")
-        run.tick(3)
-        assert run.status == "ending"
-        run.tick(12)
-        assert run.status == status
-    assert run.executive.reason == "'tidy': clean-up failed: 'check false' never holds"
 
 
 def test_the_time_of_a_clean_up_is_on_the_clock(play: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,26 @@ CODE = ROOT / "docs" / "tutorials" / "code"
 def beside_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """A text as a mission has no folder but the one we are in."""
     monkeypatch.chdir(CODE)
+
+
+HEADER = """
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Success
+from py_trees.common import Status
+from py_trees.composites import Sequence
+
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Write `own.py` with behaviours, and work beside it."""
+
+    def write_own(code: str) -> None:
+        (tmp_path / "own.py").write_text(HEADER + code)
+        monkeypatch.chdir(tmp_path)
+
+    return write_own
 
 
 def test_inputs_are_set_at_each_entry_and_outputs_read_at_the_end(play: Any) -> None:
@@ -45,23 +65,17 @@ def test_it_is_given_the_runtime(play: Any) -> None:
     assert run.logged == ["waited for 0.10 s", "waited for 0.20 s"]
 
 
-def test_an_exception_halts_the_tree_and_cancels_every_goal(
-    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_exception_halts_the_tree_and_cancels_every_goal(play: Any, write: Any) -> None:
     """The mission fails with the cause and its place; nothing goes on."""
-    (tmp_path / "bad.py").write_text(
-        "from py_trees.behaviour import Behaviour\n\n"
-        "class Bad(Behaviour):\n    def update(self):\n        raise ValueError('no')\n"
-    )
-    monkeypatch.chdir(tmp_path)
+    write("class Bad(Behaviour):\n    def update(self):\n        raise ValueError('no')\n")
     run = play(
         "  parallel:\n    - {turn: {angle: 90}, timeout: 9}\n"
-        "    - sequence: [{wait: 0.05}, {python: 'bad.py:Bad'}]"
+        "    - sequence: [{wait: 0.05}, {python: 'own.py:Bad'}]"
     )
     run.tick()
     run.turn.accept()
     run.tick()
-    assert run.executive.reason == "<text>:5:32: 'Bad': ValueError: no (bad.py:5) [BT-913]"
+    assert run.executive.reason == "<text>:5:32: 'Bad': ValueError: no (own.py:9) [BT-913]"
     assert run.turn.cancels == [run.turn.goal]
     run.turn.cancel(None)
     run.tick()
@@ -70,24 +84,17 @@ def test_an_exception_halts_the_tree_and_cancels_every_goal(
 
 
 PAIR = """
-from py_trees.behaviours import Success
-from py_trees.composites import Sequence
-
 class Pair(Sequence):
     said = "both"
-
     def __init__(self, name):
         super().__init__(name, True, [Success("one"), Success("two")])
 """
 
 
-def test_a_behaviour_with_children_has_them_in_the_tree(
-    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_behaviour_with_children_has_them_in_the_tree(play: Any, write: Any) -> None:
     """Each is ticked and seen; a breakpoint is set before all of it, and not before a child."""
-    (tmp_path / "pair.py").write_text(PAIR)
-    monkeypatch.chdir(tmp_path)
-    run = play("  sequence:\n    - {python: 'pair.py:Pair', outputs: {said: s}}\n    - log: $s")
+    write(PAIR)
+    run = play("  sequence:\n    - {python: 'own.py:Pair', outputs: {said: s}}\n    - log: $s")
     points = run.executive.breakpoints
     with pytest.raises(BtMissionError, match="'one' is inside a behaviour written in Python"):
         points.add("one")
@@ -100,43 +107,47 @@ def test_a_behaviour_with_children_has_them_in_the_tree(
     assert sum('"path": "0.0.1"' in line for line in run.trace.newest) == 1
 
 
-def test_what_a_behaviour_says_of_itself_is_read_through_its_leaf(
-    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+NAMED = """
+class Named(Behaviour):
+    def __init__(self, name):
+        super().__init__("my own")
+        self.updates = 0
+    def update(self):
+        self.updates += 1
+        self.feedback_message = f"{self.updates} so far"
+        return Status.RUNNING
+"""
+
+
+def test_what_a_behaviour_says_of_itself_is_read_through_its_leaf(play: Any, write: Any) -> None:
     """Its own name, message and attributes, also those that no output names."""
-    (tmp_path / "named.py").write_text(
-        "from py_trees.behaviour import Behaviour\nfrom py_trees.common import Status\n\n"
-        "class Named(Behaviour):\n    def __init__(self, name):\n"
-        "        super().__init__('my own')\n        self.updates = 0\n"
-        "    def update(self):\n        self.updates += 1\n"
-        "        self.feedback_message = f'{self.updates} so far'\n"
-        "        return Status.RUNNING\n"
-    )
-    monkeypatch.chdir(tmp_path)
-    run = play("  python: named.py:Named")
+    write(NAMED)
+    run = play("  python: own.py:Named")
     run.tick(3)
     leaf = run.executive.root
     assert (leaf.name, leaf.feedback_message, leaf.updates) == ("my own", "3 so far", 3)
 
 
-def test_a_halt_reaches_its_terminate(
-    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+HALTED = """
+class Halted(Behaviour):
+    seen: str = ""
+    def update(self):
+        return Status.RUNNING
+    def terminate(self, new_status):
+        type(self).seen = new_status.value
+"""
+
+
+def test_a_halt_reaches_its_terminate(play: Any, write: Any) -> None:
     """With INVALID, as py_trees has it; outputs are not read then."""
-    (tmp_path / "halted.py").write_text(
-        "from py_trees.behaviour import Behaviour\nfrom py_trees.common import Status\n\n"
-        "class Halted(Behaviour):\n    seen: str = ''\n"
-        "    def update(self):\n        return Status.RUNNING\n"
-        "    def terminate(self, new_status):\n        type(self).seen = new_status.value\n"
-    )
-    monkeypatch.chdir(tmp_path)
+    write(HALTED)
     run = play(
-        "  parallel:\n    - {python: 'halted.py:Halted', outputs: {seen: s}}\n    - wait: 0.05\n"
+        "  parallel:\n    - {python: 'own.py:Halted', outputs: {seen: s}}\n    - wait: 0.05\n"
         "  succeed_when: any"
     )
+    leaf = run.root.children[0]
     run.tick(2)
-    (module,) = [first for name, first in sys.modules.items() if name.endswith("_halted")]
-    assert module.Halted.seen == "INVALID"
+    assert leaf.seen == "INVALID"
     assert "s" not in run.scope.values
 
 
@@ -150,18 +161,14 @@ def test_a_halt_reaches_its_terminate(
     ],
 )
 def test_what_is_no_status_is_reported_with_its_file_and_line(
-    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, returned: str, message: str
+    play: Any, write: Any, returned: str, message: str
 ) -> None:
     """The mission fails, and says where and what to write."""
-    (tmp_path / "words.py").write_text(
-        "from py_trees.behaviour import Behaviour\nfrom py_trees.common import Status\n\n\n"
-        f"class Words(Behaviour):\n    def update(self):\n        return {returned}\n"
-    )
-    monkeypatch.chdir(tmp_path)
-    run = play("  python: 'words.py:Words'")
+    write(f"class Words(Behaviour):\n    def update(self):\n        return {returned}\n")
+    run = play("  python: 'own.py:Words'")
     run.tick()
     reason = run.executive.reason
-    assert "Words.update() (words.py:6)" in reason
+    assert "Words.update() (own.py:8)" in reason
     assert message in reason
     assert ("; write Status.SUCCESS" in reason) is (returned == "'SUCCESS'")
 
@@ -169,21 +176,18 @@ def test_what_is_no_status_is_reported_with_its_file_and_line(
 def test_a_leaf_that_blocks_is_named_once_and_not_in_the_trace(
     play: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By the wall, which says that each tick has taken so long."""
+    """By the wall, which says that each tick has taken so long; most leaves do not block."""
+    tree = "  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}"
+    run = play(tree)
+    run.tick(3)
+    assert run.warned == []
 
     class SlowWall:
         elapsed_s = 2.4
 
     monkeypatch.setattr(python_leaf, "Stopwatch", SlowWall)
-    run = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
+    run = play(tree)
     run.tick(3)
     (warning,) = run.warned
     assert "(own_leaves.py:Countdown) blocked a tick for 2.4 s of wall time" in warning
     assert run.logged == []
-
-
-def test_a_leaf_that_does_not_block_is_not_named(play: Any) -> None:
-    """As most do not."""
-    run = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
-    run.tick(3)
-    assert run.warned == []

@@ -65,35 +65,6 @@ def test_a_tree_is_given_what_it_wants_or_the_mission_ends(play: Any) -> None:
     )
 
 
-def test_each_use_begins_afresh(play: Any) -> None:
-    """What one use has written, the next does not see; nor does the same one, when run again."""
-    head = (
-        "mission: t\ntrees:\n  count:\n    inputs: {n: 1}\n    outputs: {m: integer}\n"
-        "    do:\n      sequence: [{set: {m: n + 1}}, {log: $m}]\n"
-    )
-    run = play(
-        "  repeat: {count: 2}\n  do:\n    sequence:\n"
-        "      - {tree: count, outputs: {m: a}}\n"
-        "      - {tree: {name: count, inputs: {n: $a}}, outputs: {m: b}}\n",
-        head,
-    )
-    run.tick(2)
-    assert run.logged == ["2", "3", "2", "3"]
-    assert run.status == "success"
-
-
-def test_a_failed_tree_hands_out_what_it_wrote(play: Any) -> None:
-    """As an action that was aborted does."""
-    head = (
-        "mission: t\ntrees:\n  half:\n    outputs: {m: integer, k: integer}\n"
-        "    do:\n      sequence: [{set: {m: 1}}, {check: m > 1}, {set: {k: 2}}]\n"
-    )
-    run = play("  fallback:\n    - {tree: half, outputs: {m: a, k: b}}\n    - log: $a\n", head)
-    run.tick()
-    assert run.logged == ["1"]
-    assert run.scope.values == {"a": 1}
-
-
 def test_a_halted_tree_hands_out_nothing_and_its_goals_are_cancelled(play: Any) -> None:
     """Halting goes through it as through any node."""
     run = play(
@@ -108,29 +79,3 @@ def test_a_halted_tree_hands_out_nothing_and_its_goals_are_cancelled(play: Any) 
     assert run.tick(2)[0] == "S"
     assert run.turn.cancels == [run.turn.goal]
     assert "t" not in run.scope.values
-
-
-def test_two_uses_draw_from_generators_of_their_own(play: Any) -> None:
-    """What is random follows from the place of the node, in every use another one."""
-    head = "mission: t\ntrees:\n  lot:\n    do: {log: '${uniform(0, 1)}'}\n"
-    tree = "  sequence: [{tree: lot}, {tree: lot}]"
-    runs = []
-    for _ in range(2):
-        run = play(tree, head)
-        run.tick()
-        runs.append(run.logged)
-    assert runs[0] == runs[1]
-    assert len(set(runs[0])) == 2
-
-
-def test_trees_may_use_trees(play: Any) -> None:
-    """Each with variables of its own."""
-    head = (
-        "mission: t\ntrees:\n"
-        "  inner:\n    needs: {x: number}\n    outputs: {y: number}\n    do: {set: {y: x * 2}}\n"
-        "  outer:\n    inputs: {x: 1}\n    outputs: {z: number}\n    do:\n      sequence:\n"
-        "        - {tree: {name: inner, inputs: {x: x + 1}}, outputs: {y: z}}\n"
-    )
-    run = play("  sequence:\n    - {tree: outer, outputs: {z: w}}\n    - log: $w", head)
-    assert run.tick() == "SSSSSS"
-    assert run.logged == ["4"]

@@ -150,63 +150,6 @@ def tree_of(nodes: str, models: str = "", trees: str = "") -> Any:
     return document_of(f"{text}</BehaviorTree>{trees}{models}</root>", "m.xml").data["tree"]
 
 
-def test_a_skipped_child_is_passed_over() -> None:
-    """As a success in a Sequence, as a failure in a Fallback."""
-    skipped = '<log message="a" _skipIf="n &gt; 2"/><log message="b"/>'
-    assert tree_of(f"<Sequence>{skipped}</Sequence>") == {
-        "sequence": [{"when": "not (n > 2)", "do": {"log": "a"}}, {"log": "b"}]
-    }
-    assert tree_of(f"<Fallback>{skipped}</Fallback>") == {
-        "fallback": [{"sequence": [{"check": "not (n > 2)"}, {"log": "a"}]}, {"log": "b"}]
-    }
-
-
-@pytest.mark.parametrize(
-    "nodes",
-    [
-        '<Sequence><log message="a" _skipIf="true"/></Sequence>',
-        '<Inverter><log message="a" _skipIf="true"/></Inverter>',
-        '<log message="a" _skipIf="true"/>',
-    ],
-)
-def test_where_all_are_skipped_there_is_no_counterpart(nodes: str) -> None:
-    """The parent is skipped, too, which no node of a mission can be."""
-    with pytest.raises(InputError) as caught:
-        tree_of(nodes)
-    (fault,) = caught.value.diagnostics
-    assert fault.message == "the attribute '_skipIf' has no counterpart"
-    assert fault.hint is not None
-    assert "a Sequence or Fallback that has a child without it" in fault.hint
-
-
-def test_try_catch_fails_after_its_last_child() -> None:
-    """What is tried is a sequence."""
-    logs = "".join(f'<log message="{letter}"/>' for letter in "abc")
-    assert tree_of(f"<TryCatch>{logs}</TryCatch>") == {
-        "fallback": [
-            {"sequence": [{"log": "a"}, {"log": "b"}]},
-            {"force": "failure", "do": {"log": "c"}},
-        ]
-    }
-    with pytest.raises(InputError, match="'catch_on_halt' has no counterpart"):
-        tree_of(f'<TryCatch catch_on_halt="true">{logs}</TryCatch>')
-    with pytest.raises(InputError, match="expected 2 nodes or more in <TryCatch>, got 1"):
-        tree_of('<TryCatch><log message="a"/></TryCatch>')
-
-
-def test_while_do_else_switches_between_two_guards() -> None:
-    """One of them holds at a time, and the other halts."""
-    logs = '<log message="a"/><log message="b"/>'
-    code = '<ScriptCondition code="n &gt; 2"/>'
-    assert tree_of(f"<WhileDoElse>{code}{logs}</WhileDoElse>") == {
-        "fallback": [
-            {"guard": "n > 2", "do": {"log": "a"}},
-            {"guard": "not (n > 2)", "do": {"log": "b"}},
-        ],
-        "memory": False,
-    }
-
-
 def test_remapped_ports_have_the_variables_of_their_names() -> None:
     """Those that are not given: inputs and outputs."""
     models = '<SubTree ID="s"><input_port name="a" type="double"/>'

@@ -4,7 +4,6 @@ import pytest
 
 from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.sessions.load import load
 from tests.support.missions import meaning
@@ -13,12 +12,6 @@ from tests.support.missions import meaning
 def xml_of(text, file="m.yaml"):
     """Return a mission as XML."""
     return mission_xml(read_text(text, file))
-
-
-def in_mission(node):
-    """Return a mission with this node, which begins in line 4."""
-    head = "mission: m\ninputs: {x: 2, places: [[1, 2]], words: w}\ntree:\n"
-    return head + "".join(f"  {line}\n" for line in node.splitlines())
 
 
 def test_a_short_mission_is_xml_that_groot_shows():
@@ -53,59 +46,6 @@ def test_a_short_mission_is_xml_that_groot_shows():
         "  </TreeNodesModel>\n"
         "</root>\n"
     )
-
-
-def test_all_that_cannot_be_said_is_found_at_once():
-    """Also below what cannot be said."""
-    node = "choose:\n  - retry: {attempts: 2, pause: 1}\n    do: {log: a}\n  - log: b"
-    with pytest.raises(InputError) as caught:
-        xml_of(in_mission(node))
-    assert [fault.line for fault in caught.value.diagnostics] == [4, 5]
-
-
-@pytest.mark.parametrize(
-    ("definition", "message"),
-    [
-        ("{needs: {name: text}, do: {log: $name}}", "a port with the name 'name'"),
-        (
-            "{inputs: {x: 1}, outputs: {x: integer}, do: {log: $x}}",
-            "'x' as both input and output",
-        ),
-        ('{inputs: {x: "\\x01"}, do: {log: $x}}', "a control character"),
-        ('{description: "\\x01", do: {log: a}}', "a control character"),
-    ],
-)
-def test_ports_that_xml_cannot_have_are_errors(definition, message):
-    """The file of the mission is told, whatever tree it is in."""
-    with pytest.raises(InputError) as caught:
-        xml_of(f"mission: m\ntrees:\n  t: {definition}\ntree: {{log: a}}\n")
-    assert [fault.message for fault in caught.value.diagnostics] == [
-        f"{message} has no counterpart in XML"
-    ]
-    assert [fault.line for fault in caught.value.diagnostics] == [3]
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("mission: m\nfollow: FOLLOW\ntree: {log: $b}\n", 2),
-        ("mission: m\ntrees:\n  t:\n    follow: FOLLOW\n    do: {log: $b}\ntree: {tree: t}\n", 4),
-    ],
-)
-def test_a_variable_that_follows_a_topic_is_an_error(text, line):
-    """Nothing in a tree of BehaviorTree.CPP brings one up to date."""
-    follow = "{topic: b, type: std_msgs/msg/Int32, field: data, as: b}"
-    with pytest.raises(InputError) as caught:
-        xml_of(text.replace("FOLLOW", follow))
-    assert [(fault.line, fault.message) for fault in caught.value.diagnostics] == [
-        (line, "the variable 'b', which follows a topic, has no counterpart in XML")
-    ]
-
-
-def test_a_mission_with_faults_is_not_converted():
-    """Its own faults are told, as 'check' tells them."""
-    with pytest.raises(InputError, match="did you mean 'sequence'"):
-        xml_of("mission: m\ntree: {sequense: [{log: a}]}\n")
 
 
 def test_limits_at_the_head_go_to_the_leaves():

@@ -111,83 +111,60 @@ OUTPUTS = st.dictionaries(
 )
 
 
-def with_name(fields):
-    """Return a node of these fields, with a name or without."""
-    return st.fixed_dictionaries(fields, optional={"name": LINES})
+def node(fields, **optional):
+    """Return nodes of these fields; others may be there as well."""
+    return st.fixed_dictionaries(fields, optional=optional)
 
 
-GOAL = {
-    "timeout": LIMITS,
-    "cancel_when": st.sampled_from(["angle > 1", "$flag", "{x}", "a.b < $x and true"]).filter(
-        lambda text: "{" not in text
-    ),
+def interface(optional="", /, **fields):
+    """Return the names of a server or topic, and perhaps the fields that it gets."""
+    names = {name: st.just(value) for name, value in fields.items()}
+    return st.fixed_dictionaries(names, optional={optional: FIELDS} if optional else {})
+
+
+LIMITED = {"timeout": LIMITS, "outputs": OUTPUTS}
+GOAL = LIMITED | {
+    "cancel_when": st.sampled_from(["angle > 1", "$flag", "a.b < $x and true"]),
     "on_cancel": st.sampled_from(["success", "failure"]),
-    "outputs": OUTPUTS,
     "server_timeout": st.integers(1, 9),
     "feedback_timeout": LIMITS,
     "name": LINES,
 }
+VISIT = {
+    "place": st.lists(NUMBERS, max_size=2) | st.just("$places"),
+    "who": st.sampled_from(["$words", "'Ann'", '"it\'s"', "'[1]'"]),
+}
+MORE = {
+    "times": st.integers(0, 9) | st.just("$n"),
+    "speed": st.floats(-9, 9) | st.just("$x"),
+    "quiet": st.booleans() | st.just("$flag"),
+}
+USE = node({"name": st.just("visit"), "inputs": node(VISIT, **MORE)})
+PYTHON_INPUTS = st.dictionaries(st.sampled_from(["a__b", "x"]), VALUES)
+LOGS = TEXTS | st.sampled_from(["$x", "at ${x + 1} m", "$$", "{x}", "90"])
+SETS = st.dictionaries(st.sampled_from(["seen", "a", "name"]), VALUES, min_size=1)
 LEAVES = st.one_of(
-    st.fixed_dictionaries({"turn": FIELDS}, optional=GOAL),
-    st.fixed_dictionaries(
-        {
-            "action": st.fixed_dictionaries(
-                {"name": st.just("/a/b"), "type": st.just("p/action/T")}, optional={"goal": FIELDS}
-            )
-        },
-        optional=GOAL,
-    ),
-    st.fixed_dictionaries(
-        {
-            "service": st.fixed_dictionaries(
-                {"name": st.just("s"), "type": st.just("p/srv/T")}, optional={"request": FIELDS}
-            )
-        },
-        optional={"timeout": LIMITS, "outputs": OUTPUTS},
-    ),
-    with_name(
-        {
-            "publish": st.fixed_dictionaries(
-                {"topic": st.just("~/t"), "type": st.just("p/msg/T")}, optional={"message": FIELDS}
-            )
-        }
-    ),
-    st.fixed_dictionaries(
-        {
-            "wait_for": st.fixed_dictionaries(
-                {"topic": st.just("t"), "type": st.just("p/msg/T"), "until": st.just("$x < data")}
-            )
-        },
-        optional={"timeout": LIMITS, "outputs": OUTPUTS},
-    ),
-    with_name({"log": TEXTS | st.sampled_from(["$x", "at ${x + 1} m", "$$", "{x}", "90"])}),
-    with_name({"wait": SECONDS}),
-    with_name({"check": FLAGS}),
-    with_name({"set": st.dictionaries(st.sampled_from(["seen", "a", "name"]), VALUES, min_size=1)}),
-    with_name(
-        {
-            "tree": st.fixed_dictionaries(
-                {
-                    "name": st.just("visit"),
-                    "inputs": st.fixed_dictionaries(
-                        {
-                            "place": st.lists(NUMBERS, max_size=2) | st.just("$places"),
-                            "who": st.sampled_from(["$words", "'Ann'", '"it\'s"', "'[1]'"]),
-                        },
-                        optional={
-                            "times": st.integers(0, 9) | st.just("$n"),
-                            "speed": st.floats(-9, 9) | st.just("$x"),
-                            "quiet": st.booleans() | st.just("$flag"),
-                        },
-                    ),
-                }
-            )
-        }
-    ),
-    st.fixed_dictionaries(
-        {"python": st.just("m:C")},
-        optional={"inputs": st.dictionaries(st.sampled_from(["a__b", "x"]), VALUES)},
-    ),
+    node({"turn": FIELDS}, **GOAL),
+    node({"action": interface("goal", name="/a/b", type="p/action/T")}, **GOAL),
+    node({"service": interface("request", name="s", type="p/srv/T")}, **LIMITED),
+    node({"publish": interface("message", topic="~/t", type="p/msg/T")}, name=LINES),
+    node({"wait_for": interface(topic="t", type="p/msg/T", until="$x < data")}, **LIMITED),
+    node({"log": LOGS}, name=LINES),
+    node({"wait": SECONDS}, name=LINES),
+    node({"check": FLAGS}, name=LINES),
+    node({"set": SETS}, name=LINES),
+    node({"tree": USE}, name=LINES),
+    node({"python": st.just("m:C")}, inputs=PYTHON_INPUTS),
+)
+POLICIES = st.sampled_from(
+    [
+        {},
+        {"succeed_when": "any"},
+        {"succeed_when": "any", "fail_when": "impossible"},
+        {"succeed_when": "all", "fail_when": "impossible"},
+        {"succeed_when": "any", "fail_when": "impossible", "rest": "finish"},
+        {"rest": "finish"},
+    ]
 )
 
 
@@ -195,30 +172,19 @@ def above(nodes):
     """Return nodes above others."""
     many = st.lists(nodes, min_size=1, max_size=3)
     times = st.integers(1, 99) | st.just("$n")
-    memory = {"memory": st.booleans(), "name": LINES}
-    policies = st.sampled_from(
-        [
-            {},
-            {"succeed_when": "any"},
-            {"succeed_when": "any", "fail_when": "impossible"},
-            {"succeed_when": "all", "fail_when": "impossible"},
-            {"succeed_when": "any", "fail_when": "impossible", "rest": "finish"},
-            {"rest": "finish"},
-        ]
-    )
+    seconds = st.integers(1, 10**6).map(lambda ms: ms / 1000)
+    ends = st.sampled_from(["success", "failure"])
     return st.one_of(
-        st.fixed_dictionaries({"sequence": many}, optional=memory),
-        st.fixed_dictionaries({"fallback": many}, optional=memory),
-        st.tuples(many, policies).map(lambda both: {"parallel": both[0], **both[1]}),
-        with_name({"repeat": st.fixed_dictionaries({"count": times}), "do": nodes}),
-        with_name({"retry": st.fixed_dictionaries({"attempts": times}), "do": nodes}),
-        with_name({"timeout": st.integers(1, 10**6).map(lambda ms: ms / 1000), "do": nodes}),
-        with_name({"invert": nodes}),
-        with_name({"force": st.sampled_from(["success", "failure"]), "do": nodes}),
-        with_name({"guard": FLAGS, "do": nodes}),
-        st.fixed_dictionaries(
-            {"when": FLAGS, "do": nodes}, optional={"else": nodes, "name": LINES}
-        ),
+        node({"sequence": many}, memory=st.booleans(), name=LINES),
+        node({"fallback": many}, memory=st.booleans(), name=LINES),
+        st.tuples(many, POLICIES).map(lambda both: {"parallel": both[0], **both[1]}),
+        node({"repeat": node({"count": times}), "do": nodes}, name=LINES),
+        node({"retry": node({"attempts": times}), "do": nodes}, name=LINES),
+        node({"timeout": seconds, "do": nodes}, name=LINES),
+        node({"invert": nodes}, name=LINES),
+        node({"force": ends, "do": nodes}, name=LINES),
+        node({"guard": FLAGS, "do": nodes}, name=LINES),
+        node({"when": FLAGS, "do": nodes}, **{"else": nodes, "name": LINES}),
     )
 
 
@@ -240,10 +206,10 @@ NODES = st.recursive(LEAVES, above, max_leaves=8)
 
 @settings(max_examples=150)
 @given(NODES)
-def test_a_generated_mission_comes_back_as_it_was(node):
+def test_a_generated_mission_comes_back_as_it_was(tree):
     """Its YAML says what its data are, and its XML says the same."""
-    unname(node, set())
-    data = {**HEAD, "trees": TREES, "tree": {"sequence": [{"set": {"seen": 0, "other": 0}}, node]}}
+    unname(tree, set())
+    data = {**HEAD, "trees": TREES, "tree": {"sequence": [{"set": {"seen": 0, "other": 0}}, tree]}}
     document = read_text(yaml_text(data), "m.yaml")
     assert document.data == data
     xml = mission_xml(document)

@@ -59,6 +59,12 @@ def node(line: str) -> str:
     return errors_or(body)
 
 
+def mission(line: str) -> str:
+    """Return what of a mission has no counterpart in XML."""
+    text = line.replace("\\n", "\n") + "\n"
+    return errors_or(lambda: mission_xml(read_text(text, "m.yaml")))
+
+
 def script(line: str) -> str:
     """Return the other form of an expression, a script, assignments or values."""
     kind, _, text = line.partition(":")
@@ -75,6 +81,7 @@ def script(line: str) -> str:
 OUTPUTS: dict[str, Callable[[str], str]] = {
     "elements": lambda line: errors_or(lambda: parse(line.replace("\\n", "\n"), "m.xml").root.tag),
     "files": lambda line: errors_or(lambda: json.dumps(document_of(line, "m.xml").data)),
+    "missions": mission,
     "nodes": in_tree,
     "ports": lambda line: in_tree("<AlwaysSuccess/>", line),
     "scripts": script,

@@ -17,32 +17,31 @@ from bt_mission.core.diagnostics import (
 )
 from bt_mission.core.errors import BtMissionError
 
+ANGEL = Diagnostic("BT-1", "no 'angel'", "a.yaml", 7, 12, "    turn: {angel: 90}", "write 'angle'")
 
-def test_a_diagnostic_shows_place_words_hint_code_line_and_caret():
+
+@pytest.mark.parametrize(
+    ("diagnostic", "lines"),
+    [
+        (
+            ANGEL,
+            [
+                "a.yaml:7:12: error: no 'angel'; write 'angle' [BT-1]",
+                "        turn: {angel: 90}",
+                "               ^",
+            ],
+        ),
+        (
+            Diagnostic("BT-1", "never read", "a.yaml", 1, 1, "x: 1", severity="warning"),
+            ["a.yaml:1:1: warning: never read [BT-1]", "    x: 1", "    ^"],
+        ),
+        (Diagnostic("BT-1", "no such file", "a.yaml"), ["a.yaml: error: no such file [BT-1]"]),
+    ],
+    ids=["place, words, hint, code, line and caret", "a warning", "a whole file has no place"],
+)
+def test_a_diagnostic_is_shown_as_compilers_do(diagnostic, lines):
     """The first line can be clicked in an editor; the caret stands under the column."""
-    source = "    turn: {angel: 90}"
-    diagnostic = Diagnostic(
-        "BT-100", "no field 'angel' in turn", "a.yaml", 7, 12, source, "did you mean 'angle'?"
-    )
-    assert str(diagnostic).splitlines() == [
-        "a.yaml:7:12: error: no field 'angel' in turn; did you mean 'angle'? [BT-100]",
-        "        turn: {angel: 90}",
-        "               ^",
-    ]
-
-
-def test_a_warning_says_so():
-    """Severity stands where compilers put it."""
-    diagnostic = Diagnostic("BT-100", "never read", "a.yaml", 1, 1, "x: 1", severity="warning")
-    assert str(diagnostic).startswith("a.yaml:1:1: warning: never read")
-
-
-def test_a_diagnostic_of_a_whole_file_has_no_place():
-    """A missing file has no line to show."""
-    assert (
-        str(Diagnostic("BT-100", "no such file", "a.yaml"))
-        == "a.yaml: error: no such file [BT-100]"
-    )
+    assert str(diagnostic).splitlines() == lines
 
 
 @pytest.mark.parametrize("column", [1, 400, 1000])
@@ -99,13 +98,21 @@ def test_the_nearest_name_is_offered_only_when_it_is_near():
     """A wild guess would mislead."""
     assert did_you_mean("trun", ["turn", "wait"]) == "did you mean 'turn'?"
     assert did_you_mean("xyz", ["turn", "wait"]) is None
+    assert did_you_mean("turn", ["tu\nrn"]) == "did you mean 'tu\\nrn'?"
 
 
-def test_long_lists_of_names_are_cut():
-    """The reader gets the first forty, and how many there are beside."""
-    assert listed([]) == "none"
-    assert listed(["a", "b"]) == "a, b"
-    assert listed((str(i) for i in range(45)), most=3) == "0, 1, 2, and 42 more"
+@pytest.mark.parametrize(
+    ("names", "most", "words"),
+    [
+        ([], 40, "none"),
+        (["a", "b"], 40, "a, b"),
+        ((str(i) for i in range(45)), 3, "0, 1, 2, and 42 more"),
+        (["a\nb", "c"], 40, "a\\nb, c"),
+    ],
+)
+def test_lists_of_names_are_cut_and_stay_on_one_line(names, most, words):
+    """The reader gets the first ones, and how many there are beside."""
+    assert listed(names, most=most) == words
 
 
 @pytest.mark.parametrize(
@@ -139,9 +146,3 @@ def test_a_name_is_compared_with_some_hundreds_only():
     names = [f"other{i}" for i in range(LIKENED_NAMES)]
     assert did_you_mean("turn", [*names, "turm"]) is None
     assert did_you_mean("turn", ["turm", *names]) == "did you mean 'turm'?"
-
-
-def test_names_with_line_breaks_are_told_on_one_line() -> None:
-    """In lists and in suggestions, too."""
-    assert listed(["a\nb", "c"]) == "a\\nb, c"
-    assert did_you_mean("turn", ["tu\nrn"]) == "did you mean 'tu\\nrn'?"

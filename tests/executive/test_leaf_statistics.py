@@ -20,80 +20,59 @@ from bt_mission.executive.leaf_statistics import LeafStatistics, LeafSummary
 S = 1_000_000_000
 
 
-class Counted:
-    """A tally of a sequence with one leaf, whose events come while the robot drives."""
-
-    def __init__(self, metres: float | None = 0.0) -> None:
-        self.metres = metres
-        self.events = EventStream()
-        leaf, state = Dummy("leaf"), MissionState()
-        nodes = (NodeInfo("all", "Sequence", "0", 0), NodeInfo("leaf", "Dummy", "0.1", 0))
-        state.apply(RunStarted(S, "run", "all", nodes))
-        self.events.subscribe(state.apply)
-        executive: Any = SimpleNamespace(
-            events=self.events,
-            mission_state=state,
-            nodes=(Sequence("all", memory=True, children=[leaf]), leaf),
-        )
-        self.tally = LeafStatistics(executive, lambda: self.metres)
-
-    def change(self, time_s: float, status: Status, node: int = 1) -> None:
-        """The leaf changes its status."""
-        self.events.emit(NodeChanged(round(time_s * S), node, status, ""))
-
-    @property
-    def summary(self) -> LeafSummary:
-        (summary,) = self.tally.summaries()
-        return summary
-
-
-def test_runs_are_added_up() -> None:
-    """Times, metres and outcomes."""
-    counted = Counted()
-    counted.change(1.0, Status.RUNNING)
-    counted.metres = 0.5
-    counted.change(3.5, Status.SUCCESS)
-    counted.metres = 2.0
-    counted.change(4.0, Status.RUNNING)
-    counted.metres = 2.25
-    counted.change(5.0, Status.FAILURE)
-    assert counted.summary == LeafSummary(
-        "leaf", "0.1", 2, {"success": 1, "failure": 1}, running_s=3.5, distance_m=0.75
+@pytest.mark.parametrize(
+    ("changes", "summary"),
+    [
+        (
+            [
+                (1.0, 0.0, Status.RUNNING),
+                (3.5, 0.5, Status.SUCCESS),
+                (4.0, 2.0, Status.RUNNING),
+                (5.0, 2.25, Status.FAILURE),
+            ],
+            (2, {"success": 1, "failure": 1}, 3.5, 0.75),
+        ),
+        (
+            [(1.0, 0.0, Status.SUCCESS), (2.0, 0.0, Status.INVALID), (3.0, 0.0, Status.SUCCESS)],
+            (2, {"success": 2}, 0.0, 0.0),
+        ),
+        (
+            [(1.0, 0.0, Status.RUNNING), (1.5, 0.0, Status.INVALID), (1.5, 0.0, Status.INVALID)],
+            (1, {"halted": 1}, 0.5, 0.0),
+        ),
+        (
+            [(1.0, None, Status.RUNNING), (2.0, None, Status.SUCCESS)],
+            (1, {"success": 1}, 1.0, None),
+        ),
+        ([(1.0, 0.0, Status.RUNNING)], None),
+    ],
+    ids=[
+        "runs are added up",
+        "what ends within a tick has run, and one that does not run cannot be halted",
+        "a leaf may be halted",
+        "attached to a robot no distance is known",
+        "what still runs has come to nothing yet",
+    ],
+)
+def test_a_leaf_is_counted(changes: Any, summary: Any) -> None:
+    """Changes are at a time, s, and after some metres; composites follow from their leaves."""
+    events, state = EventStream(), MissionState()
+    leaf = Dummy("leaf")
+    nodes = (NodeInfo("all", "Sequence", "0", 0), NodeInfo("leaf", "Dummy", "0.1", 0))
+    state.apply(RunStarted(S, "run", "all", nodes))
+    events.subscribe(state.apply)
+    executive: Any = SimpleNamespace(
+        events=events,
+        mission_state=state,
+        nodes=(Sequence("all", memory=True, children=[leaf]), leaf),
     )
-
-
-def test_what_ends_within_a_tick_has_run() -> None:
-    """For no time."""
-    counted = Counted()
-    counted.change(1.0, Status.SUCCESS)
-    counted.change(2.0, Status.INVALID)
-    counted.change(3.0, Status.SUCCESS)
-    assert counted.summary == LeafSummary("leaf", "0.1", 2, {"success": 2}, 0.0, 0.0)
-
-
-def test_a_leaf_may_be_halted() -> None:
-    """One that does not run cannot be."""
-    counted = Counted()
-    counted.change(1.0, Status.RUNNING)
-    counted.change(1.5, Status.INVALID)
-    counted.change(1.5, Status.INVALID)
-    assert counted.summary == LeafSummary("leaf", "0.1", 1, {"halted": 1}, 0.5, 0.0)
-
-
-def test_where_distance_is_not_known_there_is_none() -> None:
-    """As attached to a robot."""
-    counted = Counted(None)
-    counted.change(1.0, Status.RUNNING)
-    counted.change(2.0, Status.SUCCESS)
-    assert counted.summary.distance_m is None
-
-
-def test_leaves_alone_are_counted() -> None:
-    """Composites follow from them, and what still runs has come to nothing yet."""
-    counted = Counted()
-    counted.change(1.0, Status.SUCCESS, node=0)
-    counted.change(1.0, Status.RUNNING)
-    assert counted.tally.summaries() == ()
+    metres: list[float | None] = [0.0]
+    tally = LeafStatistics(executive, lambda: metres[-1])
+    events.emit(NodeChanged(S, 0, Status.SUCCESS, ""))
+    for time_s, driven_m, status in changes:
+        metres.append(driven_m)
+        events.emit(NodeChanged(round(time_s * S), 1, status, ""))
+    assert tally.summaries() == ((LeafSummary("leaf", "0.1", *summary),) if summary else ())
 
 
 MISSION = """\

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.goals.attempt import Attempt, Limits
-from bt_mission.goals.goal import Phase
+from bt_mission.goals.goal import GoalStatus
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import Outcome
 
@@ -96,12 +96,30 @@ def test_rejected(run: Run, server: Any) -> None:
     assert run.reason == "/turn: its server gave no reason"
 
 
-def test_aborted_with_the_servers_own_words(run: Run, server: Any) -> None:
-    """Code and message of the server's result stand in the reason: its status is read."""
+BLOCKED = SimpleNamespace(error_code=906, error_msg="blocked")
+FORGOTTEN = "/turn no longer knows the goal (restarted?)"
+
+
+@pytest.mark.parametrize(
+    ("status", "result", "outcome", "reason"),
+    [
+        (GoalStatus.ABORTED, BLOCKED, Outcome.ABORTED, "/turn: blocked (code 906)"),
+        (
+            GoalStatus.CANCELED,
+            None,
+            Outcome.CANCELED_FROM_OUTSIDE,
+            "/turn: somebody else cancelled",
+        ),
+        (GoalStatus.UNKNOWN, None, Outcome.SERVER_LOST, FORGOTTEN),
+    ],
+)
+def test_a_goal_may_end_otherwise(
+    run: Run, server: Any, status: GoalStatus, result: Any, outcome: Outcome, reason: str
+) -> None:
+    """The server's own words stand in the reason; an unknown goal is no success."""
     accepted(run, server)
-    server.abort(SimpleNamespace(error_code=906, error_msg="blocked"))
-    assert run.tick() is Outcome.ABORTED
-    assert run.reason == "/turn: blocked (code 906)"
+    server.goal.on_result(status, result)
+    assert (run.tick(), run.reason) == (outcome, reason)
 
 
 def test_no_server(run: Run, server: Any) -> None:
@@ -133,21 +151,6 @@ def test_no_answer_is_an_outcome_and_a_late_acceptance_is_cancelled(run: Run, se
     server.cancel()
     run.tick()
     assert run.ledger.open_goals == ()
-
-
-def test_a_goal_accepted_after_the_ledger_gave_up_is_cancelled_too(run: Run, server: Any) -> None:
-    """Even a goal that counts as left behind does not drive the robot when it comes alive."""
-    run.tick()
-    run.tick(2)
-    run.tick(3)
-    assert server.goal.phase is Phase.LOST
-    assert len(run.ledger.describe_left_behind()) == 1
-    asked = len(server.cancels)
-    server.accept()
-    assert len(server.cancels) == asked + 1
-    server.cancel()
-    run.tick()
-    assert run.ledger.describe_left_behind() == ()
 
 
 def test_timeout(server: Any) -> None:
@@ -264,20 +267,6 @@ def test_server_lost(run: Run, server: Any) -> None:
     accepted(run, server)
     server.ready = False
     assert run.tick(0.25) is Outcome.SERVER_LOST
-
-
-def test_a_server_that_forgot_the_goal_is_lost(run: Run, server: Any) -> None:
-    """A restarted server answers with status unknown: no success, and no wait for ever."""
-    accepted(run, server)
-    server.goal.on_result(0, None)
-    assert run.tick() is Outcome.SERVER_LOST
-
-
-def test_canceled_from_outside(run: Run, server: Any) -> None:
-    """Somebody else's cancel is told apart from our own."""
-    accepted(run, server)
-    server.cancel()
-    assert run.tick() is Outcome.CANCELED_FROM_OUTSIDE
 
 
 def test_halt_while_waiting_for_the_answer(run: Run, server: Any) -> None:

@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import pytest
 
 from bt_mission.goals.goal import Event, Goal, Phase
+from tests.conftest import ScriptedServer
 
 
-class Requests:
-    """A goal client that records its requests."""
-
-    name = "/turn"
-    type_name = "test_msgs/action/Test"
+class Requests(ScriptedServer):
+    """A goal client that records its requests in their order."""
 
     def __init__(self) -> None:
         self.asked: list[str] = []
-
-    def is_ready(self) -> bool:
-        return True
-
-    def prepare(self, fields: Any) -> Any:
-        return fields
-
-    def send(self, goal: Goal, request: Any) -> None:
-        self.asked.append("send")
-
-    def recover_goal(self, goal: Goal) -> None:
-        raise NotImplementedError
 
     def ask_result(self, goal: Goal) -> None:
         self.asked.append("result")
@@ -120,30 +105,11 @@ def test_what_holds_in_every_order_of_arrival() -> None:
                 assert new == ["result", "cancel"], messages
 
 
-def test_a_goal_halted_before_its_answer_is_cancelled_at_once_and_on_acceptance() -> None:
-    """The answer may be lost on its way; the halt is remembered, too."""
-    goal, requests = goal_in(Phase.SENT)
-    goal.on(Event.UNWANTED)
-    assert requests.asked == ["cancel"]
-    goal.on(Event.ACCEPTED)
-    assert goal.phase is Phase.CANCELING
-    assert requests.asked == ["cancel", "result", "cancel"]
-
-
-def test_a_goal_given_up_is_cancelled_if_it_is_accepted_after_all() -> None:
-    """An answer after the deadline does not leave a robot driving."""
-    goal, requests = goal_in(Phase.LOST)
-    goal.on(Event.ACCEPTED)
-    assert goal.phase is Phase.CANCELING
-    assert "cancel" in requests.asked
-
-
 def test_a_result_with_an_unknown_status_counts_as_unknown() -> None:
     """A server that answers with a status that is no final one does not count as success."""
     goal, _ = goal_in(Phase.ACTIVE)
     goal.on_result(2, "half")
-    assert goal.status == 0
-    assert goal.phase is Phase.ENDED
+    assert (goal.status, goal.phase) == (0, Phase.ENDED)
 
 
 def test_feedback_may_overtake_the_acceptance() -> None:

@@ -17,43 +17,20 @@ from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Event, Goal, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import Outcome
+from tests.conftest import ScriptedServer
 
 S = 1_000_000_000
 TICK_NS = S // 20
 GRACE_S = 3.0
 
 
-class Server:
-    """An action server that does nothing by itself."""
-
-    name = "/turn"
-    type_name = "test_msgs/action/Test"
-
-    def __init__(self) -> None:
-        self.ready = True
-        self.sent: list[Goal] = []
-        self.asked: list[Goal] = []
-        self.cancels: list[Goal] = []
-
-    def is_ready(self) -> bool:
-        return self.ready
-
-    def prepare(self, fields: Any) -> Any:
-        return fields
+class Server(ScriptedServer):
+    """An action server that does nothing by itself, and gets no goal beside an unwanted one."""
 
     def send(self, goal: Goal, request: Any) -> None:
-        unwanted = [item for item in self.sent if item.is_live and item.orphaned_ns is not None]
+        unwanted = [item for item in self.goals if item.is_live and item.orphaned_ns is not None]
         assert not unwanted, "a goal was sent while an earlier one may still run there"
-        self.sent.append(goal)
-
-    def recover_goal(self, goal: Goal) -> None:
-        raise NotImplementedError
-
-    def ask_result(self, goal: Goal) -> None:
-        self.asked.append(goal)
-
-    def send_cancel(self, goal: Goal) -> None:
-        self.cancels.append(goal)
+        super().send(goal, request)
 
 
 class Conversation(RuleBasedStateMachine):
@@ -92,14 +69,14 @@ class Conversation(RuleBasedStateMachine):
     @rule(target=goals, ticks=st.integers(1, 30))
     def tick(self, ticks: int) -> Any:
         """Let time pass; a new attempt begins where one has ended."""
-        before = len(self.server.sent)
+        before = len(self.server.goals)
         for _ in range(ticks):
             self.now_ns += TICK_NS
             if self.attempt.ending is not None:
                 self.begin()
             self.attempt.poll(self.now_ns)
             self.ledger.update(self.now_ns)
-        return self.server.sent[-1] if len(self.server.sent) > before else None
+        return self.server.goals[-1] if len(self.server.goals) > before else None
 
     @rule()
     def halt(self) -> None:
@@ -118,7 +95,7 @@ class Conversation(RuleBasedStateMachine):
     @rule(goal=goals, status=st.sampled_from([0, 1, 2, 4, 5, 6, 99]))
     def end(self, goal: Goal | None, status: int) -> None:
         """Send a result with any status, to a goal whose result was asked for."""
-        if goal is not None and goal in self.server.asked:
+        if goal is not None and goal in self.server.results_asked:
             goal.on_result(status, "result")
             self.ended.add(goal.id)
 
@@ -152,14 +129,14 @@ class Conversation(RuleBasedStateMachine):
     @invariant()
     def every_goal_is_held_until_its_end_is_heard(self) -> None:
         held = {goal.id for goal in self.ledger.open_goals}
-        for goal in self.server.sent:
+        for goal in self.server.goals:
             assert (goal.id in held) or goal.phase is Phase.ENDED
             if goal.phase is Phase.ENDED:
                 assert goal.id in self.ended or self.answered.get(goal.id) is False
 
     @invariant()
     def what_nobody_wants_was_asked_to_stop(self) -> None:
-        for goal in self.server.sent:
+        for goal in self.server.goals:
             if goal.orphaned_ns is not None and goal.accepted and goal.is_live:
                 assert goal in self.server.cancels
 

@@ -1,13 +1,14 @@
 """Poses that goals name."""
 
 import math
+from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import Turn
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
-from bt_mission.goals.poses import NamedPose, poses_of
+from bt_mission.goals.poses import poses_of
 
 
 def stamped(x: float, y: float, yaw: float, frame: str = "map") -> PoseStamped:
@@ -19,20 +20,20 @@ def stamped(x: float, y: float, yaw: float, frame: str = "map") -> PoseStamped:
     return pose
 
 
-def test_one_pose():
-    """With its direction and its frame."""
-    (place,) = poses_of(NavigateToPose.Goal(pose=stamped(1.0, 2.0, 0.5, "odom")))
-    assert (place.x, place.y, place.frame) == (1.0, 2.0, "odom")
-    assert place.yaw == pytest.approx(0.5)
+TWO = [(1.0, 0.0, 0.0, "map"), (0.0, 1.0, 0.0, "map")]
 
 
-def test_many_poses():
-    """In their order."""
-    goal = FollowWaypoints.Goal(poses=[stamped(1.0, 0.0, 0.0), stamped(0.0, 1.0, 0.0)])
-    assert poses_of(goal) == [NamedPose(1.0, 0.0, 0.0, "map"), NamedPose(0.0, 1.0, 0.0, "map")]
-
-
-def test_other_goals_name_none():
-    """Nor does what is no message."""
-    assert poses_of(Turn.Goal()) == []
-    assert poses_of(None) == []
+@pytest.mark.parametrize(
+    ("goal", "poses"),
+    [
+        (NavigateToPose.Goal(pose=stamped(1.0, 2.0, 0.5, "odom")), [(1.0, 2.0, 0.5, "odom")]),
+        (FollowWaypoints.Goal(poses=[stamped(*pose) for pose in TWO]), TWO),
+        (Turn.Goal(), []),
+        (None, []),
+    ],
+    ids=["one", "many, in their order", "none", "no message"],
+)
+def test_the_poses_of_a_goal(goal: Any, poses: list[tuple[float, float, float, str]]) -> None:
+    """With direction and frame."""
+    results = [(pose.x, pose.y, round(pose.yaw, 9), pose.frame) for pose in poses_of(goal)]
+    assert results == poses

@@ -186,6 +186,10 @@ def test_very_many_parts_take_no_more_than_a_mission_may(text, accepted):
         ("b.yaml", "a.yaml", "below/../../elsewhere/library.yaml", "'below/../../elsewhere/libr"),
         ("b.yaml", "a.yaml", "/etc/passwd", "'/etc/passwd' is outside the folder"),
         ("b.yaml", "a.yaml", "below", "no such file 'below'"),
+        ("b.yaml", "a.yaml", "..", "no such file '..'"),
+        ("b.yaml", "a.yaml", '"a\\0b"', "expected characters that can be shown, got"),
+        ("b.yaml", "a.yaml", "x" * 190, "no such file 'xxx"),
+        ("b.yaml", "a.yaml", "m.yaml", "the files include each other: m.yaml -> m.yaml"),
     ],
 )
 def test_included_files_lead_nowhere_else(link, target, included, output):

@@ -65,23 +65,25 @@ def installed(tmp_path: Path) -> Path:
     return tmp_path
 
 
+CODE = """
+import sys; sys.path.insert(0, '.')
+from bt_mission.sessions.check import examine
+print(*(str(fault).splitlines()[0] for fault in examine('mission.yaml')[1]), sep='\\n')
+from bt_mission.language.action_names import ACTION_NAMES
+print(ACTION_NAMES['turn'].name, ACTION_NAMES['charge'].name)
+"""
+
+
+def checked(folder: Path) -> list[str]:
+    """Return the diagnostics of the mission in a folder with a package, and names of actions."""
+    command = [sys.executable, "-c", CODE]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
+
+
 def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
     """What works is used; what does not is said where it is wanted, and nothing else suffers."""
-    code = (
-        "from bt_mission.sessions.check import examine\n"
-        "_, faults = examine('mission.yaml')\n"
-        "print(*(str(one).splitlines()[0] for one in faults), sep='\\n')\n"
-        "from bt_mission.language.action_names import ACTION_NAMES\n"
-        "print(ACTION_NAMES['turn'].name, ACTION_NAMES['charge'].name)\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
-        cwd=installed,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.splitlines() == [
+    assert checked(installed) == [
         (
             "mission.yaml:9:15: error: the plug-in 'gone' (my_robot:Gone) cannot be imported: "
             "AttributeError: module 'my_robot' has no attribute 'Gone' [BT-215]"
@@ -142,12 +144,4 @@ def test_a_declared_action_is_checked_as_ours(installed: Path, goal: str, expect
     (installed / "mission.yaml").write_text(
         f"mission: t\ntree:\n  charge: {goal}\n  timeout: 9\n", encoding="utf-8"
     )
-    code = (
-        "import sys; sys.path.insert(0, '.')\n"
-        "from bt_mission.sessions.check import examine\n"
-        "print(*examine('mission.yaml')[1], sep='\\n')\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=installed, capture_output=True, text=True, check=True
-    )
-    assert expected in done.stdout
+    assert expected in checked(installed)[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from textwrap import indent
 from typing import Any
 
 import jsonschema
@@ -14,8 +15,12 @@ from bt_mission.language.nodes.registry import KINDS
 from bt_mission.language.schema import mission_schema
 from tests.support.project import LANGUAGE_PAGES, MISSIONS
 
-SHIPPED = MISSIONS
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", LANGUAGE_PAGES, re.DOTALL)
+
+
+def as_mission(nodes: str) -> str:
+    """A mission of these nodes."""
+    return "mission: m\ntree:\n  sequence:\n" + indent(nodes, "    ")
 
 
 @pytest.fixture(scope="module")
@@ -26,69 +31,64 @@ def validator() -> Any:
     return jsonschema.Draft202012Validator(schema)
 
 
-@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)
 def test_every_shipped_mission_is_valid(validator: Any, path: Path) -> None:
     """The schema refuses nothing that the loader takes."""
     validator.validate(read(path).data)
 
 
-FOLLOW = (
-    "mission: m\nfollow: {0}\ntree: {{wait: 1}}\n",
-    "mission: m\ntrees: {{t: {{follow: {0}, do: {{wait: 1}}}}}}\ntree: {{tree: t}}\n",
+FOLLOW = "{topic: b, type: a/msg/B, field: x.y, as: b, initial: 1, default: 1, timeout: 2.5}"
+OF_MISSION = "mission: m\nfollow: %s\ntree: {wait: 1}\n"
+OF_TREE = "mission: m\ntrees: {t: {follow: %s, do: {wait: 1}}}\ntree: {tree: t}\n"
+WHOLE = [text if text.startswith("mission:") else as_mission(text) for text in EXAMPLES]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [form % follow for form in (OF_MISSION, OF_TREE) for follow in (FOLLOW, f"[{FOLLOW}]")] + WHOLE,
 )
-
-
-@pytest.mark.parametrize("text", FOLLOW)
-def test_a_variable_may_follow_a_topic(validator: Any, text: str) -> None:
-    """One mapping or a list of them, of a mission and of a named tree."""
-    entry = "{topic: b, type: a/msg/B, field: x.y, as: b, initial: 1, default: 1, timeout: 2.5}"
-    for follow in (entry, f"[{entry}]"):
-        validator.validate(read_text(text.format(follow)).data)
-    for follow in (entry.replace("as: b, ", ""), entry.replace("initial", "qos"), "b"):
-        assert not validator.is_valid(read_text(text.format(follow)).data)
-
-
-@pytest.mark.parametrize("example", EXAMPLES)
-def test_every_example_of_the_page_is_valid(validator: Any, example: str) -> None:
-    """Each kind and modifier stands in one of them."""
-    whole = example.startswith("mission:")
-    indented = "".join(f"    {line}\n" for line in example.splitlines())
-    text = example if whole else f"mission: m\ntree:\n  sequence:\n{indented}"
+def test_what_is_written_as_on_the_page_is_valid(validator: Any, text: str) -> None:
+    """Each kind and modifier stands in one of its examples; topics are followed in two places."""
     validator.validate(read_text(text).data)
 
 
 @pytest.mark.parametrize(
-    "tree",
+    "text",
     [
-        "{trun: {angle: 90}}",
-        "{turn: {angle: 90}, timout: 3}",
-        "{turn: {angle: 90}, wait: 3}",
-        "{sequence: []}",
-        "{sequence: [{wait: []}]}",
-        "{sequence: {wait: 1}}",
-        "{repeat: {count: 2}}",
-        "{repeat: {counts: 2}, do: {wait: 1}}",
-        "{parallel: [{wait: 1}], succeed_when: some}",
-        "{sequence: [{wait: 1}], memory: 3}",
-        "{force: running, do: {wait: 1}}",
-        "{for_each: {a: [1], b: [2]}, do: {wait: 1}}",
-        "{sequence: [{wait: 1}], timeout: 9}",
+        *(
+            f"mission: m\ntree: {tree}\n"
+            for tree in (
+                "{trun: {angle: 90}}",
+                "{turn: {angle: 90}, timout: 3}",
+                "{turn: {angle: 90}, wait: 3}",
+                "{sequence: []}",
+                "{sequence: [{wait: []}]}",
+                "{sequence: {wait: 1}}",
+                "{repeat: {count: 2}}",
+                "{repeat: {counts: 2}, do: {wait: 1}}",
+                "{parallel: [{wait: 1}], succeed_when: some}",
+                "{sequence: [{wait: 1}], memory: 3}",
+                "{force: running, do: {wait: 1}}",
+                "{for_each: {a: [1], b: [2]}, do: {wait: 1}}",
+                "{sequence: [{wait: 1}], timeout: 9}",
+            )
+        ),
+        *(
+            form % follow
+            for form in (OF_MISSION, OF_TREE)
+            for follow in (FOLLOW.replace("as: b, ", ""), FOLLOW.replace("initial", "qos"), "b")
+        ),
+        "misson: m\ntree: {wait: 1}\n",
+        "mission: m\nmap: some\ntree: {wait: 1}\n",
+        "mission: 3\ntree: {wait: 1}\n",
     ],
 )
-def test_usual_mistakes_are_seen_in_the_editor(validator: Any, tree: str) -> None:
+def test_usual_mistakes_are_seen_in_the_editor(validator: Any, text: str) -> None:
     """Keys, shapes and words; the rest is for `check`."""
-    data = read_text(f"mission: m\ntree: {tree}\n").data
-    assert not validator.is_valid(data)
-
-
-@pytest.mark.parametrize("head", ["misson: m", "mission: m\nmap: some", "mission: 3"])
-def test_the_head_is_described_too(validator: Any, head: str) -> None:
-    """With its keys and their values."""
-    assert not validator.is_valid(read_text(f"{head}\ntree: {{wait: 1}}\n").data)
+    assert not validator.is_valid(read_text(text).data)
 
 
 def test_every_kind_has_a_description() -> None:
     """An editor shows it."""
     definitions = mission_schema()["$defs"]
-    for kind in KINDS:
-        assert definitions[f"kind_{kind}"]["description"]
+    assert all(definitions[f"kind_{kind}"]["description"] for kind in KINDS)

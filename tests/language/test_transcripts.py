@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
+from bt_mission.core.diagnostics import InputError, in_order
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.expressions.expression import Expression, Template
@@ -186,6 +186,21 @@ def node(text: str) -> str:
     return "\n".join(f"{each.message}; {each.hint}" for each in reader.diagnostics) or "valid"
 
 
+def scope(line: str) -> str:
+    """Return the errors or warnings of nodes in a sequence, with ` | ` between, from line 5 on.
+
+    Inputs that no node reads are not mentioned.
+    """
+    nodes = "".join(f"    - {text}\n" for text in line.split(" | "))
+    try:
+        diagnostics = load(f"{SCOPE_HEAD}{nodes}").warnings
+    except InputError as error:
+        diagnostics = error.diagnostics
+    lines = [str(each).splitlines()[0] for each in in_order(diagnostics) if each.line > 2]
+    return "\n".join(line.removeprefix("<text>:") for line in lines) or "valid"
+
+
+SCOPE_HEAD = "mission: m\ninputs: {n: 2, word: hello}\ntree:\n  sequence:\n"
 INPUTS: dict[str, Any] = {
     "speed": 0.2,
     "legs": 6,
@@ -210,6 +225,7 @@ OUTPUTS: dict[str, Callable[[str], str]] = {
     "messages": message,
     "nodes": node,
     "requirements": requirement,
+    "scopes": scope,
     "templates": template,
     "units": unit,
 }
@@ -222,18 +238,21 @@ def test_every_input_gives_the_output_of_its_transcript(path):
 
 
 @pytest.mark.parametrize(
-    ("output", "after", "expected"),
+    ("outputs", "after", "expected"),
     [
-        ("at.x: y", "wait: abs(y)", []),
-        ("word: y", "wait: 2 * y", [(6, "expected a number, got a string")]),
+        (["at.x"], "wait: abs(y)", []),
+        (["word"], "wait: 2 * y", [(6, "expected a number, got a string")]),
+        (["word", "at.x"], "wait: 2 * y", []),
     ],
+    ids=["number", "string", "either, which has no type"],
 )
-def test_outputs_have_the_types_of_their_fields(output, after, expected):
+def test_outputs_have_the_types_of_their_fields(outputs, after, expected):
     """What later nodes do with them is checked too."""
-    mission = load(
-        "mission: m\ntree:\n  sequence:\n    - action: {name: /b, type: a/action/B}\n"
-        f"      outputs: {{{output}}}\n    - {after}\n"
+    nodes = "".join(
+        f"    - action: {{name: /b, type: a/action/B}}\n      outputs: {{{output}: y}}\n"
+        for output in outputs
     )
+    mission = load(f"mission: m\ntree:\n  sequence:\n{nodes}    - {after}\n")
     faults = tree_diagnostics(mission, lambda _: SHAPES)
     assert [(fault.line, fault.message) for fault in faults] == expected
 

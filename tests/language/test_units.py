@@ -154,12 +154,15 @@ def test_a_value_for_an_input_is_in_the_unit_of_its_default(given: Any, value: A
         (90, "3 deg", "the default of the input has no unit, got deg"),
         (Measured(90, "deg"), "fast", "input 'a' expects a number, got string 'fast'"),
         (Measured(90, "deg"), ".inf", "input 'a' expects a number, got string '.inf'"),
+        (0.2, float("nan"), "input 'a' expects a number, got the number nan"),
+        ("A", 3, "input 'a' expects a string, got the number 3"),
     ],
 )
-def test_a_value_in_a_wrong_unit_is_refused(default: Any, given: str, message: str) -> None:
-    """The default says which unit it is."""
-    values, (fault,) = overridden({"a": default}, {"a": given})
-    assert (values, fault.message) == ({"a": default}, message)
+def test_a_value_of_another_type_or_unit_is_refused(default: Any, given: Any, message: str) -> None:
+    """The default says which it is; a caret stands under the value."""
+    values, (fault,) = overridden({"a": default, "b": 1}, {"a": given})
+    assert (values, fault.message) == ({"a": default, "b": 1}, message)
+    assert (fault.file, fault.source, fault.column) == ("--set", f"a={given}", 3)
 
 
 def test_units_come_back_from_xml(tmp_path: Path) -> None:

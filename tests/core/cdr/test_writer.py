@@ -67,19 +67,19 @@ def test_single_precision_is_kept():
     assert result.percentage != 0.1
 
 
-def test_a_field_that_is_not_sent_is_refused():
-    """It would be filled in vain."""
-    message, other = Odometry(), Odometry()
-    with pytest.raises(ValueError, match=r"linear\.x is in 0 places of a Odometry"):
-        MessageTemplate(message, STAMP, [(other, ("twist.twist.linear.x",))], serialize_message)
-
-
-def test_fields_in_another_order_are_refused():
-    """Numbers would be put into the places of others."""
+@pytest.mark.parametrize(
+    ("part", "fields", "words"),
+    [
+        (Odometry(), ["twist.twist.linear.x"], r"linear\.x is in 0 places of a Odometry"),
+        (None, ["twist.twist.linear.x", "pose.pose.position.x"], "in another order than it has"),
+    ],
+    ids=["a field of another message", "fields in another order"],
+)
+def test_fields_that_cannot_be_filled_are_refused(part, fields, words):
+    """Numbers would be filled in in vain, or into the places of others."""
     message = Odometry()
-    fields = ("twist.twist.linear.x", "pose.pose.position.x")
-    with pytest.raises(ValueError, match="fields of a Odometry in another order than it has"):
-        MessageTemplate(message, STAMP, [(message, fields)], serialize_message)
+    with pytest.raises(ValueError, match=words):
+        MessageTemplate(message, STAMP, [(part or message, fields)], serialize_message)
 
 
 def test_as_many_numbers_as_fields_are_wanted():

@@ -8,31 +8,35 @@ import pytest
 
 from bt_mission.core.dds.discovery import RANGE, isolate, restrict_discovery
 
-
-def test_where_nothing_is_said_it_is_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A message says so, and how to change it."""
-    monkeypatch.setenv(RANGE, "")
-    monkeypatch.setenv("ROS_DOMAIN_ID", "")
-    output = restrict_discovery(network=False)
-    assert output == "ROS domain 0, this machine only; --network includes other machines"
-    assert os.environ[RANGE] == "LOCALHOST"
+THIS = "ROS domain 0, this machine only; --network includes other machines"
+ALL = "ROS domain 7, all machines of the network (--network)"
 
 
-@pytest.mark.parametrize("chosen", ["SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT"])
-def test_what_the_variable_says_stays(monkeypatch: pytest.MonkeyPatch, chosen: str) -> None:
-    """Then there is nothing to tell."""
-    monkeypatch.setenv(RANGE, chosen)
-    assert restrict_discovery(network=False) is None
-    assert os.environ[RANGE] == chosen
-
-
-def test_the_option_opens_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the variable says."""
-    monkeypatch.setenv(RANGE, "LOCALHOST")
-    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    output = restrict_discovery(network=True)
-    assert output == "ROS domain 7, all machines of the network (--network)"
-    assert os.environ[RANGE] == "SUBNET"
+@pytest.mark.parametrize(
+    ("variable", "domain", "network", "output", "result"),
+    [
+        ("", "", False, THIS, "LOCALHOST"),
+        *(
+            (chosen, "", False, None, chosen)
+            for chosen in ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
+        ),
+        ("LOCALHOST", "7", True, ALL, "SUBNET"),
+    ],
+)
+def test_what_the_variable_says_stays_unless_the_option_opens_the_network(
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    variable: str,
+    domain: str,
+    network: bool,
+    output: str | None,
+    result: str,
+) -> None:
+    """Without either it is this machine; what is not in the variable is told."""
+    monkeypatch.setenv(RANGE, variable)
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    assert restrict_discovery(network=network) == output
+    assert os.environ[RANGE] == result
 
 
 @pytest.mark.parametrize(

@@ -111,6 +111,41 @@ def test_what_has_no_business_in_our_files_is_refused(text, fault):
     assert refused(text) == [fault]
 
 
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("a: [1,2\n\n", (1, 4, "this '[' has no closing ']'")),
+        ("b: {x: 1\n", (1, 4, "this '{' has no closing '}'")),
+        ("a: 'x\n", (1, 4, "this quote is never closed")),
+        ("a: b: c", (1, 5, "a second ':' in a line; quote the text: a: 'b: c'")),
+        ("- a: it's: c # d", (1, 10, "a second ':' in a line; quote the text: a: 'it''s: c'")),
+        ("key: @x", (1, 6, "a value cannot start with '@'; put it in quotes")),
+        ("a: %x", (1, 4, "a value cannot start with '%'; put it in quotes")),
+        ("{", (1, 2, "expected a value here")),
+        (
+            'a: "\\q"',
+            (1, 5, "an unknown escape in a double-quoted text; write '\\\\' for a backslash"),
+        ),
+        ("- a\nb: 1", (2, 1, "expected '- ', an item of the list of line 1, or less indentation")),
+        (
+            "a: 1\n- b",
+            (2, 1, "expected 'key: value' of the mapping of line 1, or another indentation"),
+        ),
+        (
+            "a\nb: 1",
+            (2, 2, "unexpected ':'; check the indentation, or quote the text that contains it"),
+        ),
+        ("a: 1\nb\n", (2, 2, "expected ':' after a key")),
+        ("%", (1, 2, "invalid YAML: could not find expected directive name")),
+        ("a: !x!y 1", (1, 4, "a tag is not allowed")),
+    ],
+)
+def test_complaints_of_the_parser_are_plain_and_located(text, fault):
+    """No word of scanners, tokens or flow sequences; a bracket left open is shown itself."""
+    (line, column, message), *_ = refused(text)
+    assert (line, column, message) == fault
+
+
 def test_a_number_of_a_million_digits_is_refused_unread():
     """Python would take minutes to read it."""
     ((_, _, message),) = refused("a: " + "9" * 900_000)
