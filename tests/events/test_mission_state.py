@@ -7,6 +7,7 @@ from py_trees.common import Status
 
 from bt_mission.events.events import (
     Event,
+    FaultChanged,
     GoalChanged,
     LogLine,
     NodeChanged,
@@ -299,6 +300,10 @@ DRIVE = NodeInfo("drive", "ActionLeaf", "0.0", 0)
             LogEntry(S, None, "mission paused on request; still running: 'drive'", ""),
         ),
         (StateChanged(S, "", "", "idle", ""), None),
+        (
+            FaultChanged(S, 1, "lidar_blind", "begins", {"sectors": ((-20, 20), (160, -160))}),
+            LogEntry(S, None, "", "  fault 1 begins: lidar_blind sectors (-20, 20) (160, -160)"),
+        ),
     ],
     ids=[
         "a leaf starts: what it says while it runs is in the tree",
@@ -313,6 +318,7 @@ DRIVE = NodeInfo("drive", "ActionLeaf", "0.0", 0)
         "a pause",
         "a pause with goals that run on",
         "an executive that is idle",
+        "a fault, as faults are written",
     ],
 )
 def test_what_stands_in_the_log(event: Event, entry: LogEntry | None):
