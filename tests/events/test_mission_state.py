@@ -302,7 +302,7 @@ DRIVE = NodeInfo("drive", "ActionLeaf", "0.0", 0)
         (StateChanged(S, "", "", "idle", ""), None),
         (
             FaultChanged(S, 1, "lidar_blind", "begins", {"sectors": ((-20, 20), (160, -160))}),
-            LogEntry(S, None, "", "  fault 1 begins: lidar_blind sectors (-20, 20) (160, -160)"),
+            LogEntry(S, None, "", "fault 1 begins: lidar_blind sectors (-20, 20) (160, -160)"),
         ),
     ],
     ids=[
