@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -199,7 +200,8 @@ class LiveGraph:
 def own_domain(folder: Path | None = None) -> Iterator[int]:
     """A DDS domain id that no other test on this machine has, as long as this is open.
 
-    It is claimed by a lock on a file, which the system takes back however a process ends.
+    It is claimed by a lock on a file, which the system takes back however a process ends. A domain
+    in which a process listens is skipped.
 
     Args:
         folder: Where the locks are; None is that for temporary files.
@@ -219,6 +221,21 @@ def own_domain(folder: Path | None = None) -> Iterator[int]:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 continue
+            if is_in_use(domain_id):
+                continue
             yield domain_id
             return
     raise ScenarioError(f"all {len(DOMAINS)} DDS domains are taken by other tests of this machine")
+
+
+def is_in_use(domain_id: int) -> bool:
+    """Return whether a process has the unicast port of a DDS domain's first participant.
+
+    The port is that of the DDSI-RTPS specification, section 9.6.1.1: 7400 + 250 domain + 10.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("", 7400 + 250 * domain_id + 10))
+        except OSError:
+            return True
+    return False

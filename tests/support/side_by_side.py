@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-import socket
 import sys
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -26,6 +25,7 @@ from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.scenarios.runner import prepare_process
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
+from bt_mission.testing.live_graph import is_in_use
 
 MISSION = """\
 mission: turns
@@ -83,17 +83,6 @@ def look(pipe: Connection) -> None:
     pipe.recv()
 
 
-def has_port() -> bool:
-    """Has any process the port of which a ROS domain has its first?"""
-    port = 7400 + 250 * int(os.environ.get("ROS_DOMAIN_ID", "0")) + 10
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as socket_:
-        try:
-            socket_.bind(("127.0.0.1", port))
-        except OSError:
-            return True
-    return False
-
-
 def started(work: Any) -> tuple[Any, Connection]:
     """Start a process; gives it with a pipe to it."""
     ours, theirs = FORK.Pipe()
@@ -108,7 +97,7 @@ def main(count: int) -> None:
     stages = [started(simulate) for _ in range(count)]
     for _, pipe in stages:
         pipe.recv()
-    is_taken = has_port()
+    is_taken = is_in_use(int(os.environ["ROS_DOMAIN_ID"]))
     visible = [started(look) for _ in range(2)]
     seen = [pipe.recv() for _, pipe in visible]
     for _, pipe in stages:
