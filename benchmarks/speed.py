@@ -3,13 +3,17 @@
 Each round runs the mission once, with sensors and DDS, and then steps the same physics for the
 same virtual time with nothing around it, and once more with the scans. All three are measured in
 one process, one after another, so that a busy machine slows all of them; the ratios are what
-counts. Run it as: python benchmarks/speed.py [--mission FILE] [--rounds N]
+counts. The parts of a step are sampled in further runs.
+Run it as: python benchmarks/speed.py [--mission FILE] [--rounds N]
 """
 
 from __future__ import annotations
 
+import signal
 import tempfile
+from collections import Counter
 from pathlib import Path
+from types import FrameType
 
 import mujoco
 from measuring import CpuWatch, arguments, figures, ratios, times
@@ -42,6 +46,25 @@ def stage_run(mission_file: Path) -> tuple[Report, float, int]:
     return report, cpu_s, callbacks
 
 
+OUTSIDE = "set-up"
+PARTS = {
+    "Physics.advance_to": "physics",
+    "LidarSensor.numbers": "lidar",
+    "Schedule.run": "other sensors, and all messages of the simulation",
+    "SensorSubscriptions.observe": "messages that the servers read",
+    "Pilot.step": "pilot and maneuvers",
+    "Pilot._send_feedback": "feedback",
+    "MapperNode._update": "mapper",
+    "MissionRunner.tick": "tick of the tree, with its goals",
+    "RequirementWatch._step": "requirements",
+    "StageRun.record_pose": "trace of the pose",
+    "VirtualTimeExecutor.run_until_quiet": "messages and goals served",
+    "VirtualTimeExecutor.step": "executor",
+    "drive": "loop around the steps",
+}
+"""The parts of a control step, by the innermost of these functions."""
+
+
 def bare_run(mission_file: Path, virtual_s: float, *, scans: bool) -> float:
     """Wall seconds of the same physics for the same virtual time, with or without its scans."""
     mission = load(mission_file)
@@ -62,6 +85,24 @@ def bare_run(mission_file: Path, virtual_s: float, *, scans: bool) -> float:
     return watch.elapsed_s
 
 
+def parts_of(mission_file: Path, rounds: int) -> dict[str, float]:
+    """Return the share of the processor time of each part of a step, by samples of the stack."""
+    samples: Counter[str] = Counter()
+
+    def sample(_: int, frame: FrameType | None) -> None:
+        while frame is not None and frame.f_code.co_qualname not in PARTS:
+            frame = frame.f_back
+        samples[PARTS[frame.f_code.co_qualname] if frame else OUTSIDE] += 1
+
+    signal.signal(signal.SIGPROF, sample)
+    for _ in range(rounds):
+        signal.setitimer(signal.ITIMER_PROF, 0.001, 0.001)
+        stage_run(mission_file)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+    del samples[OUTSIDE]
+    return {part: count / samples.total() for part, count in samples.most_common()}
+
+
 def main() -> None:
     """Measure, and print medians with their spread."""
     options = arguments(__doc__, mission=Path("missions/explore.yaml"), rounds=7)
@@ -74,6 +115,8 @@ def main() -> None:
         cpu.append(cpu_s / virtual_s)
         bare.append(virtual_s / bare_run(options.mission, virtual_s, scans=False))
         scanned.append(virtual_s / bare_run(options.mission, virtual_s, scans=True))
+    for part, share in parts_of(options.mission, options.rounds).items():
+        print(f"{share:6.1%}  {part}")
     name, real_time = options.mission.stem, "x real time"
     figures(
         f"{virtual_s:.2f} s virtual, {report.ticks} ticks, {callbacks} callbacks",

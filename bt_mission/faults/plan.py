@@ -64,7 +64,7 @@ class FaultPlan:
         self._conditions: dict[int, ConditionMonitor] = {}
         self._true: set[int] = set()
         self._watched: dict[int, Callable[[int], bool]] = {}
-        """Of faults that begin once a control step is over: tells whether they are due."""
+        """For faults that begin once a control step is over: whether they are due."""
         self._cycles = self._run.executive.cycles
         for number, fault in enumerate(planned):
             self._plan(number, fault)

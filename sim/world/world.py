@@ -255,7 +255,7 @@ class World(WorldPart):
 
     @property
     def floor(self) -> str:
-        """The floor in words."""
+        """The floor, as messages name it."""
         length, width = self.size
         return f"the floor of {length:g} m x {width:g} m around (0, 0)"
 
