@@ -56,7 +56,7 @@ def test_each_has_a_domain_of_its_own(tmp_path):
 
 def claim_all(stack, folder):
     """Claim one domain after the other; no two are the same."""
-    taken = set()
+    taken: set[int] = set()
     while True:
         domain_id = stack.enter_context(own_domain(folder))
         assert domain_id in set(DOMAINS) - taken
