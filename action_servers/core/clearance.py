@@ -75,7 +75,7 @@ def ray_towards(scan: Scan, bearings: Reals) -> tuple[npt.NDArray[np.intp], bool
     step, count = abs(scan.angle_increment), len(scan.ranges)
     # A lidar that turns to the right counts its rays the other way round.
     turned = bearings if scan.angle_increment > 0.0 else -bearings
-    if turned.size and turned.min() > -math.tau and turned.max() < math.tau:
+    if turned.size and np.abs(turned).max() < math.tau:
         turned = np.where(turned < 0.0, turned + math.tau, turned)  # a tenth of the cost of mod
     else:
         turned = np.mod(turned, math.tau)

@@ -13,7 +13,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from action_servers.core import clearance
-from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame
+from action_servers.core.clearance import (
+    into_frame,
+    obstacle_points,
+    of_nearest_rays,
+    out_of_frame,
+)
 from action_servers.core.footprint import footprint, free_angle, free_distance
 from action_servers.core.maneuver import Scan
 from action_servers.core.margins import HULL_M
@@ -115,6 +120,19 @@ def test_the_nearest_in_front_may_stand_beside_the_way(waffle):
     nearest = nearest_in_front(points((2.0, 0.5), (0.01, -0.4), (-0.2, 0.2)), waffle.hull)
     assert (nearest.x, nearest.y) == (0.01, -0.4)
     assert nearest.gap == pytest.approx(0.4 - 0.153)
+
+
+@pytest.mark.parametrize("turns", [-3, -1, 0, 1, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["to the left", "to the right"])
+def test_a_direction_has_the_ray_nearest_to_it_however_often_it_is_turned_round(turns, sign):
+    """Halfway to the next ray, and beyond the last one of a full turn; 0 where no ray is."""
+    values = np.array([1.0, 2.0, 3.0, 4.0], dtype=np.float32)
+    quarters = sign * math.pi / 2 * np.array([0.0, 0.4, 0.6, 1.0, 2.0, 3.0, 3.6])
+    bearings = quarters + turns * math.tau
+    round_scan = Scan(0.0, 0.0, sign * math.pi / 2, 0.1, 10.0, values)
+    assert of_nearest_rays(round_scan, values, bearings).tolist() == [1, 1, 2, 2, 3, 4, 1]
+    half = replace(round_scan, angle_increment=sign * math.pi / 4)
+    assert of_nearest_rays(half, values, bearings).tolist() == [1, 2, 2, 3, 0, 0, 0]
 
 
 def test_a_point_ahead_of_a_robot_that_faces_up_lies_above_it():
