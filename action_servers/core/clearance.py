@@ -69,14 +69,13 @@ def _directions(rays: int, angle_min: float, angle_increment: float) -> Points:
 def ray_towards(scan: Scan, bearings: Reals) -> tuple[npt.NDArray[np.intp], bool]:
     """Return the ray nearest to each bearing, rad from the first, and whether they cover 360°.
 
-    If they do not, it may be one beyond the last. If they do, it may be up to one beyond the last,
-    which is the first.
+    An index may be beyond the last ray. If the rays cover 360°, it then counts on from the first.
     """
     step, count = abs(scan.angle_increment), len(scan.ranges)
     # A lidar that turns to the right counts its rays the other way round.
     turned = bearings if scan.angle_increment > 0.0 else -bearings
     if turned.size and np.abs(turned).max() < math.tau:
-        turned = np.where(turned < 0.0, turned + math.tau, turned)  # a tenth of the cost of mod
+        turned = np.where(turned < 0.0, turned + math.tau, turned)  # faster than mod
     else:
         turned = np.mod(turned, math.tau)
     return np.rint(turned / step).astype(np.intp), abs(count * step - math.tau) < 1.5 * step

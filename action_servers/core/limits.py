@@ -111,7 +111,7 @@ class JointsLimit:
     @property
     def words(self) -> str:
         """The accepted values, as text."""
-        return f"all of {listed(self.joints)}"
+        return f"{'all' if self.needs_all else 'some'} of {listed(self.joints)}"
 
     def fault(self, value: Any) -> str | None:
         """Return why a server refuses a goal with these names, or None."""

@@ -196,7 +196,7 @@ def test_stop_holds_the_base_against_all_others(desk):
 
 
 def test_a_command_is_passed_on_with_the_time_at_which_it_was_sent(desk):
-    """So the timeout of the base does not begin anew on the way."""
+    """So the timeout of the base does not start again on the way."""
     desk.wait_until(100)
     desk.say("mission", 0.2, sent_ms=100)
     desk.wait_until(240)
