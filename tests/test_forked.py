@@ -35,6 +35,15 @@ def test_dies():
     os.kill(os.getpid(), signal.SIGKILL)
 def test_after(): ...
 """
+ENDS = """
+class Full:
+    def pytest_runtest_logreport(self, report):
+        raise OSError("no space left")
+
+def test_before(): ...
+def test_ends(request):
+    request.config.pluginmanager.register(Full())
+"""
 DOMAIN = """
 import os
 
@@ -72,6 +81,19 @@ def test_where_a_fork_dies_its_test_fails_and_the_others_run(session: pytest.Pyt
     result = run(session, test_a=DIES, test_b=DOMAIN)
     result.assert_outcomes(passed=3, failed=1)
     result.stdout.fnmatch_lines(["*test_dies*", "its process ended with -9"])
+
+
+def test_a_fork_that_ends_by_an_error_tells_it(session: pytest.Pytester) -> None:
+    """With the traceback, beside the number of its end."""
+    result = run(session, test_a=ENDS)
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(["*test_ends*", "its process ended with 1", "*no space left*"])
+
+
+def test_each_fork_has_its_folder(session: pytest.Pytester) -> None:
+    """A folder that is given is emptied once, before the forks begin."""
+    run(session, "--basetemp", "given", test_a=FIRST, test_b=DOMAIN)
+    assert {path.name for path in (session.path / "given").iterdir()} >= {"process0", "process1"}
 
 
 def test_after_the_first_failure_no_other_test_begins(session: pytest.Pytester) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -41,6 +42,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
         return None
     if reporter := config.pluginmanager.getplugin("terminalreporter"):
         reporter.showfspath = False  # several files at a time
+    config._tmp_path_factory.getbasetemp()  # type: ignore[attr-defined]  # empties a given one
     gc.freeze()
     gc.enable()
     forks = Forks(session)
@@ -73,6 +75,8 @@ class Fork:
         self.items: deque[int] = deque()
         self.file: deque[int] = deque()
         """What is left of the file that it is at."""
+        self.error = ""
+        """The traceback with which it ends."""
         self.pid = os.fork()
         if not self.pid:
             self.connection.close()
@@ -145,6 +149,9 @@ class Forks:
             if fork.items:
                 fork.give(self._next(fork))
             return
+        if isinstance(message, str):
+            fork.error = message
+            return
         report = hook.pytest_report_from_serializable(config=self._session.config, data=message)
         hook.pytest_runtest_logreport(report=report)
 
@@ -155,7 +162,8 @@ class Forks:
         if not fork.items:
             return
         item = self._session.items[fork.items.popleft()]
-        text = f"its process ended with {os.waitstatus_to_exitcode(status)}"
+        code = os.waitstatus_to_exitcode(status)
+        text = f"its process ended with {code}\n{fork.error}".rstrip()
         report = pytest.TestReport(item.nodeid, item.location, {}, "failed", text, "call")
         self._session.config.hook.pytest_runtest_logreport(report=report)
         fork.file.extendleft(fork.items)
@@ -193,6 +201,9 @@ def _work(session: pytest.Session, connection: Connection, name: str) -> None:
                 connection.send(None)
                 number = following
         code = 0
+    except BaseException:  # noqa: BLE001 - the process ends, whatever it was
+        with suppress(OSError):  # the process that collected has ended
+            connection.send(traceback.format_exc())
     finally:
         os._exit(code)
 
