@@ -2,10 +2,9 @@
 
 import atexit
 import os
-import signal
 import sys
 
-INTERRUPTED = 128 + signal.SIGINT
+INTERRUPTED = 130
 
 
 def main() -> int:
@@ -13,6 +12,9 @@ def main() -> int:
 
     Ctrl-C while it is loaded ends it; once it has ended, Ctrl-C no longer changes the exit code.
     """
+    _leave_working_folder()
+    import signal  # noqa: PLC0415 - from its own folder
+
     codes: list[int] = []
     atexit.register(_leave, codes)  # the first one, which is called last
     try:
@@ -27,6 +29,24 @@ def main() -> int:
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return codes[0]
+
+
+def _leave_working_folder() -> None:
+    """Take the working folder off the path of imports, unless somebody has named it.
+
+    ``python -m`` puts it there, and so does an empty entry of ``PYTHONPATH``. A ``json.py`` beside
+    a mission would then be executed.
+    """
+    spec = sys.modules["__main__"].__spec__
+    is_by_name = spec is not None and not sys.flags.safe_path
+    entries = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    try:
+        folder = os.getcwd()  # noqa: PTH109 - loads nothing
+    except FileNotFoundError:
+        return
+    for _ in range(is_by_name + (len(entries) > 1 and "" in entries)):
+        if folder in sys.path:
+            sys.path.remove(folder)
 
 
 def _leave(codes: list[int]) -> None:

@@ -31,6 +31,14 @@ HOOKS = ("__getattr__", "text_factory")
 
 KNOWN = check_layers.modules()
 
+STARTS_PYTHON = "bt_mission.core.python_process"
+"""The one module that names the interpreter of other processes."""
+
+PROCESSES = ("subprocess.run", "subprocess.Popen", "asyncio.create_subprocess_exec")
+OTHER_WAYS = ("subprocess.call", "subprocess.check_call", "subprocess.check_output", "os.popen")
+OTHER_WAYS += ("os.system", "os.execv", "os.execve", "os.execvp", "os.posix_spawn", "os.spawnv")
+OTHER_WAYS += ("asyncio.create_subprocess_shell", "multiprocessing.Process", "multiprocessing.Pool")
+
 PATCHABLE = frozenset(
     name
     for kind in (Behaviour, Node, Publisher, Subscription, Client, Service, ActionClient, Executor)
@@ -131,6 +139,20 @@ def shallow(text: str) -> Iterator[str]:
             yield f"line {node.lineno}: a service with no depth; pass qos_profile"
 
 
+def starts(text: str) -> Iterator[str]:
+    """Processes whose Python would import from the working folder."""
+    for node in ast.walk(parsed(text)):
+        if isinstance(node, ast.Attribute) and ast.unparse(node) == "sys.executable":
+            yield f"line {node.lineno}: names the interpreter; call python_command"
+        if not isinstance(node, ast.Call):
+            continue
+        function = ast.unparse(node.func)
+        if function in OTHER_WAYS:
+            yield f"line {node.lineno}: {function} starts a process; use {' or '.join(PROCESSES)}"
+        elif function in PROCESSES and "env" not in [keyword.arg for keyword in node.keywords]:
+            yield f"line {node.lineno}: a process with no env; pass python_environment()"
+
+
 def faults(name: str, text: str) -> list[str]:
     """What breaks the rules in the module of this name, one line each."""
     violations = []
@@ -149,6 +171,8 @@ def faults(name: str, text: str) -> list[str]:
     violations += [f"{name}: {patch}" for patch in patches(text)]
     if name != IN_ONE_PROCESS:
         violations += [f"{name}: {fault}" for fault in shallow(text)]
+    if name != STARTS_PYTHON:
+        violations += [f"{name}: {fault}" for fault in starts(text)]
     return violations
 
 
@@ -230,6 +254,9 @@ def test_the_tool_says_what_it_found(capsys):
         ),
         ("bt_mission.core.text", "node.create_client(T, 'x')\n", "a service with no depth"),
         ("bt_mission.core.text", "partial(node.create_service, T)\n", "a service with no depth"),
+        ("bt_mission.cli.run", "x = [sys.executable, '-m', 'y']\n", "names the interpreter"),
+        ("bt_mission.cli.run", "subprocess.run(command)\n", "a process with no env"),
+        ("bt_mission.cli.run", "os.system('ls')\n", "starts a process"),
     ],
 )
 def test_a_violation_is_found(name, text, expected):

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Literal
 
 from bt_mission.cli.parser import Command
 from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
+from bt_mission.core.python_process import python_command, python_environment
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -123,12 +124,12 @@ def probe(
 
 
 def _command(name: str, *arguments: str) -> list[str]:
-    return [sys.executable, "-m", f"{__package__}.doctor_probes", name, *arguments]
+    return python_command("-m", f"{__package__}.doctor_probes", name, *arguments)
 
 
 def _environment(without: tuple[str, ...] = (), *, is_local: bool = True) -> dict[str, str]:
     # As every command that lets a second terminal attach: this machine, and no further.
-    mine = dict(os.environ)
+    mine = python_environment()
     if is_local or not mine.get(RANGE):
         mine[RANGE] = MACHINE
     return {name: value for name, value in mine.items() if name not in without}

@@ -32,6 +32,7 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import web_options
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.python_process import python_command, python_environment
 
 if TYPE_CHECKING:
     from bt_mission.cli.run_plan import Summary
@@ -233,8 +234,9 @@ def fork_shown(
     options = ["fork", str(path), "--at", f"{at_s:.3f}", *change, "--record", str(output)]
     with free(), InterruptSignals():
         print(f"$ {shlex.join(['bt-mission', *options])}", flush=True)
-        command = [sys.executable, "-m", "bt_mission", *options]
-        code = subprocess.run(command, check=False).returncode  # noqa: S603 - ourselves
+        code = subprocess.run(  # noqa: S603 - ourselves
+            python_command("-m", "bt_mission", *options), check=False, env=python_environment()
+        ).returncode
         with suppress(EOFError):
             input("Press Enter to return to the replay")
     return output if code in (SUCCESS, MISSION_FAILED) and output.exists() else None

@@ -190,9 +190,11 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
 @contextmanager
 def watch_beside(*words: str) -> Iterator[None]:
     """Run ``bt-mission watch`` with these words in another process, and end it afterwards."""
-    command = [sys.executable, "-m", "bt_mission", "watch", *words, "--until-input-ends"]
+    from bt_mission.core.python_process import python_command, python_environment
+
+    command = python_command("-m", "bt_mission", "watch", *words, "--until-input-ends")
     process = subprocess.Popen(  # noqa: S603 - this Python with a command of ours
-        command, stdin=subprocess.PIPE, start_new_session=True
+        command, stdin=subprocess.PIPE, start_new_session=True, env=python_environment()
     )
     try:
         yield

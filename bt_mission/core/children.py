@@ -14,6 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from bt_mission.core.python_process import python_command, python_environment
+
 _LINK = re.compile(r"in a browser: (http://\S+)")
 MOST_LINES = 200
 PATIENCE_S = 3.0
@@ -47,7 +49,8 @@ class Spare:
 
 async def _started(module: str, *words: str) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", module, *words),
+        *python_command("-m", module, *words),
+        env=python_environment(),
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,

@@ -43,6 +43,7 @@ from distributed.core import rpc
 from distributed.security import Security
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.python_process import safe_processes
 from bt_mission.core.versions import versions
 from bt_mission.sweeps.bundle import Bundle, fingerprint, versions_in_words
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -242,6 +243,13 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
         async with _closing(await _join(options.scheduler)) as client:
             yield client
         return
+    with safe_processes() as variables:
+        async with _local_cluster(options, variables) as client:
+            yield client
+
+
+@asynccontextmanager
+async def _local_cluster(options: PoolOptions, variables: dict[str, str]) -> AsyncIterator[Client]:
     # Dask gives a worker up that has died and is not back in 15 s, or has died again by then; a
     # sweep would continue with fewer and fewer.
     dask.config.set({"distributed.deploy.lost-worker-timeout": NEVER})
@@ -259,6 +267,7 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
             worker_dashboard_address=None,
             silence_logs=logging.CRITICAL,
             asynchronous=True,
+            env=variables,
             scheduler_kwargs={"allowed_failures": MOST_KILLS - 1},
         )
     async with _closing(cluster), _closing(await Client(cluster, asynchronous=True)) as client:

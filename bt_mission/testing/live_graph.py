@@ -7,13 +7,13 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+from bt_mission.core.python_process import python_command, python_environment
 from bt_mission.faults.errors import ScenarioError
 
 LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
@@ -25,7 +25,7 @@ LOOK_S = 0.05
 
 def command(*arguments: str) -> list[str]:
     """The command line of ``bt-mission`` in this environment."""
-    return [sys.executable, "-u", "-m", "bt_mission", *arguments]
+    return python_command("-u", "-m", "bt_mission", *arguments)
 
 
 class Process:
@@ -45,7 +45,7 @@ class Process:
         self._stream: IO[bytes] = file.open("wb")
         self._process = subprocess.Popen(
             arguments,
-            env=os.environ | environment,
+            env=python_environment(os.environ | environment),
             stdin=subprocess.DEVNULL,
             stdout=self._stream,
             stderr=subprocess.STDOUT,
