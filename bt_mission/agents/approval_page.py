@@ -28,6 +28,7 @@ from bt_mission.agents.permits import (
 )
 from bt_mission.agents.shown import Shown
 from bt_mission.agents.site import load_site
+from bt_mission.agents.site_files import differing
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.html.pages import render
 from bt_mission.recording.replay.timeline import read_timeline
@@ -90,7 +91,8 @@ class ApprovalServer(PageServer):
         site = load_site(self._site_file)
         proposals = []
         for name in self._folder.names():
-            missing = evidence_of(self._folder, self._folder.proposal(name), site).lacks(site)
+            proposal = self._folder.proposal(name)
+            missing = evidence_of(self._folder, proposal, site).lacks(site, proposal)
             proposals.append((name, "; ".join(missing) or "can be approved"))
         say = "" if proposals else f"no proposals in {self._folder.root}"
         return _page(f"Proposals for site '{site.name}'", say, proposals=proposals)
@@ -134,8 +136,9 @@ class ApprovalServer(PageServer):
         except ApprovalError:
             self._wrong += 1
             raise
-        if load_site(self._site_file).digest != shown.site.digest:
-            raise PermitError("the site, its robot or its world has changed while it was shown")
+        now = load_site(self._site_file).files.digests
+        if changed := differing(shown.site.files.digests, now):
+            raise PermitError(f"{changed} has changed while it was shown")
         grant(self._folder, shown.site, shown.proposal, shown.evidence, key)
 
 

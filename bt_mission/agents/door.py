@@ -33,7 +33,7 @@ from bt_mission.agents.jobs import (
 from bt_mission.agents.offer import offer
 from bt_mission.agents.permits import valid_permit
 from bt_mission.agents.robot import Robot, marked
-from bt_mission.agents.site import Site
+from bt_mission.agents.site import Site, seed_of
 from bt_mission.core.diagnostics import InputError
 
 MOST_FAULTS = 10
@@ -84,6 +84,7 @@ class Door:
         """Check the text of a mission for this site, without keeping it."""
         proposal = Proposal("mission", text, dict(inputs or {}))
         refuse_large(proposal)
+        self.site.refuse_changed()
         mission, diagnostics = self.site.examine(proposal)
         return {
             "is_valid": mission is not None,
@@ -98,8 +99,11 @@ class Door:
         Raises:
             InputError: The mission has errors; nothing is kept.
         """
-        proposal = Proposal(checked_name(name), text, dict(inputs or {}), seed)
+        proposal = Proposal(checked_name(name), text, dict(inputs or {}), seed or 0)
         refuse_large(proposal)
+        self.site.refuse_changed()
+        if seed is None:
+            proposal = replace(proposal, seed=seed_of(text))
         mission, diagnostics = self.site.examine(proposal)
         if mission is None:
             raise InputError(diagnostics)
@@ -114,7 +118,7 @@ class Door:
             "digest": proposal.digest,
             "diff": diff(before, text),
             "warnings": list(warnings),
-            "missing": evidence.lacks(self.site),
+            "missing": evidence.lacks(self.site, proposal),
         }
 
     # ---- evidence ------------------------------------------------------------------------
@@ -151,6 +155,7 @@ class Door:
             if trial is not None:
                 self._trials[name] = {"seeds": trial.seeds, "faults": list(trial.faults)} | runs
                 return {"trial": self._trials[name]}
+            runs["seeds"] = list(bench.seeds)
             for recording in bench.recordings():  # in another process: `stop` does not wait
                 await self._run(bench.picture(recording))
             if self._keep(proposal, runs=runs) and bench.results.is_dir():
@@ -170,6 +175,7 @@ class Door:
         return {
             "proposal": name,
             "digest": proposal.digest,
+            "seed": proposal.seed,
             "job": f"{job.what} is running" if is_running and job is not None else "none",
             "failed_job": self._failure(name),
             "warnings": list(evidence.warnings),
@@ -178,7 +184,7 @@ class Door:
             "margins": margins(evidence),
             "trial": self._trials.get(name),
             "open_points": evidence.open_points,
-            "missing": evidence.lacks(self.site),
+            "missing": evidence.lacks(self.site, proposal),
             "report": _report(self.folder, name),
         }
 
@@ -224,6 +230,7 @@ class Door:
     ) -> dict[str, Any]:
         if self._job is not None and not self._job.task.done():
             raise JobError(f"{self._job.what} of '{self._job.proposal}' runs; ask for its results")
+        self.site.refuse_changed()
 
         async def run() -> dict[str, Any]:
             with TemporaryDirectory(dir=self.folder.path("proposals"), prefix=".work-") as name:
@@ -236,8 +243,9 @@ class Door:
         return {"state": "done", **job.task.result(), **self._missing(proposal.name)}
 
     def _missing(self, name: str) -> dict[str, Any]:
-        evidence = evidence_of(self.folder, self.folder.proposal(name), self.site)
-        return {"margins": margins(evidence), "missing": evidence.lacks(self.site)}
+        proposal = self.folder.proposal(name)
+        evidence = evidence_of(self.folder, proposal, self.site)
+        return {"margins": margins(evidence), "missing": evidence.lacks(self.site, proposal)}
 
     def _failure(self, name: str) -> str:
         job = self._job

@@ -26,7 +26,8 @@ class Evidence:
         site: The digest of the site.
         warnings: Of the check.
         proof: What `prove --json` prints; None without a proof.
-        runs: What `sweep --json` prints of the runs of the site; None without them.
+        runs: What `sweep --json` prints of the runs of the site, with their seeds; None without
+            them.
     """
 
     proposal: str
@@ -41,27 +42,31 @@ class Evidence:
         """Changes with each part of it."""
         return digest_of(asdict(self))
 
-    def lacks(self, site: Site) -> list[str]:
+    def lacks(self, site: Site, proposal: Proposal) -> list[str]:
         """Return what is missing for an approval, as text; empty if it is complete."""
-        return list(self._lacks(site))
+        if (self.proposal, self.site) != (proposal.digest, site.digest):
+            return ["the evidence is that of another version"]
+        return list(self._lacks(site, site.runs(proposal), list(site.seeds(proposal))))
 
-    def _lacks(self, site: Site) -> Iterator[str]:
+    def _lacks(self, site: Site, expected: int, seeds: list[int]) -> Iterator[str]:
         if not self.is_checked:
             yield "no check of this version: call propose"
         if self.proof is None:
             yield "no proof of this version: call prove"
         if self.runs is None:
-            yield f"no simulated runs of this version: call simulate ({site.runs} runs)"
+            yield f"no simulated runs of this version: call simulate ({expected} runs)"
             return
         runs = self.runs
-        if runs.get("scenarios") != site.runs or runs.get("errors") != 0:
+        if runs.get("scenarios") != expected or runs.get("errors") != 0:
             count, errors = runs.get("scenarios", 0), runs.get("errors")
-            yield f"{count} of {site.runs} runs, {errors} with errors"
+            yield f"{count} of {expected} runs, {errors} with errors"
+        if runs.get("seeds") != seeds:
+            yield f"the runs are not those with the seeds {', '.join(map(str, seeds))}"
         verdicts = runs.get("requirements", {})
         for each in site.requirements:
             holds = verdicts.get(each.name, {}).get("holds", 0)
-            if holds != site.runs:
-                yield f"requirement '{each.name}' of the site held in {holds} of {site.runs} runs"
+            if holds != expected:
+                yield f"requirement '{each.name}' of the site held in {holds} of {expected} runs"
 
     @property
     def open_points(self) -> list[str]:

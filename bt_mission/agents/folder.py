@@ -10,6 +10,7 @@ import shutil
 import stat
 from contextlib import suppress
 from dataclasses import dataclass, field
+from operator import index
 from pathlib import Path
 from typing import Any
 
@@ -36,18 +37,28 @@ class Proposal:
 
     Attributes:
         inputs: Values for inputs of the mission, as texts.
-        seed: None is that of the mission.
+        seed: That of the drive. It is simulated, too.
     """
 
     name: str
     text: str
     inputs: dict[str, str] = field(default_factory=dict)
-    seed: int | None = None
+    seed: int = 0
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """A digest of each part of it, by the words for it in messages."""
+        return {
+            "its name": self.name,
+            "its mission": digest_of(self.text),
+            "its inputs": digest_of(self.inputs),
+            "its seed": str(self.seed),
+        }
 
     @property
     def digest(self) -> str:
         """Changes with each byte of the mission, its inputs and its seed."""
-        return digest_of([self.name, self.text, self.inputs, self.seed])
+        return digest_of(self.digests)
 
 
 def digest_of(value: Any) -> str:
@@ -100,7 +111,7 @@ class AgentFolder:
             raise ProposalError(f"no proposal {quoted(name)} (known: {known})")
         try:
             inputs = {str(key): str(value) for key, value in data["inputs"].items()}
-            proposal = Proposal(name, str(data["text"]), inputs, data["seed"])
+            proposal = Proposal(name, str(data["text"]), inputs, index(data["seed"]))
             refuse_large(proposal)
         except (KeyError, TypeError, ValueError, AttributeError):
             raise ProposalError(f"{name}: the file of the proposal is damaged") from None
@@ -205,5 +216,5 @@ def refuse_large(proposal: Proposal) -> None:
     sizes = [len(part) for pair in proposal.inputs.items() for part in pair]
     if len(sizes) > 100 or sum(sizes) > MOST_TEXT:
         raise ProposalError("a proposal has at most 50 inputs, with short values")
-    if proposal.seed is not None and not 0 <= proposal.seed < 2**63:
+    if not 0 <= proposal.seed < 2**63:
         raise ProposalError("seed: expected an integer from 0")

@@ -72,6 +72,8 @@ class Trial:
 class Workbench:
     """Makes the files and words of commands in a separate folder.
 
+    World and robot are those that the site has read, whatever has become of their files.
+
     Args:
         folder: Empty; a command reads and writes only here.
     """
@@ -81,30 +83,36 @@ class Workbench:
         self._folder, self._proposal, self._site = folder, proposal, site
         self._mission = folder / f"{proposal.name}.yaml"
         write_file(self._mission, proposal.text)
-        self._inputs = [f"--set={name}={value}" for name, value in proposal.inputs.items()]
+        world, robot = site.files.write_to(folder / "site")
+        self._given = [f"--world={world}", f"--robot={robot}"]
+        self._given += [f"--set={name}={value}" for name, value in proposal.inputs.items()]
 
     def proof(self) -> list[str]:
         """Return the words of a proof."""
         require = self._json("requirements.yaml", self._site.requirements_file())
         return [
             *("prove", str(self._mission), "--json", f"--budget={PROOF_BUDGET}", "--no-python"),
-            *(f"--require={require}", *self._inputs),
+            *(f"--require={require}", *self._given),
         ]
 
     def runs(self, trial: Trial | None) -> list[str]:
         """Return the words of simulated runs: those of the site, or those of a trial."""
         written = self._site.written
-        seeds = written.seeds if trial is None else trial.seeds
+        seeds = self.seeds if trial is None else range(trial.seeds)
         plans = self._site.plans if trial is None else {"trial": list(trial.faults)}
         require = self._json("requirements.yaml", self._site.requirements_file())
-        within = self._json("ranges.yaml", {"seeds": f"0..{seeds - 1}", "plans": plans})
+        within = self._json("ranges.yaml", {"seeds": list(seeds), "plans": plans})
         return [
             *("sweep", str(self._mission), "--json", "--plain", "--yes", "--no-python"),
             *("--workers=1", "--record-worst=1", f"--output={self.results}"),
             *(f"--require={require}", f"--within={within}", f"--limit={written.limit:g}"),
-            *(f"--world={self._site.path('worlds', written.world)}", f"--nature={written.nature}"),
-            *(f"--robot={self._site.path('robots', written.robot)}", *self._inputs),
+            *(f"--nature={written.nature}", *self._given),
         ]
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds of the runs that are evidence."""
+        return self._site.seeds(self._proposal)
 
     def recordings(self) -> list[Path]:
         """Return the recordings that the runs have left."""

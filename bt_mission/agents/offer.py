@@ -13,7 +13,7 @@ from action_servers.server.actions import action
 from bt_mission.agents.site import Site
 from bt_mission.core import files
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.robot.model import RobotModel
 from bt_mission.editing.vocabulary import kinds
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.schema import mission_schema
@@ -61,8 +61,7 @@ def limits_of(name: str, robot: RobotModel) -> dict[str, str]:
 def offer(site: Site) -> dict[str, Any]:
     """Return what missions of a site may use, and what they must hold."""
     known = kinds()
-    robot = load_robot(site.written.robot, near=site.file)
-    limits = {name: limits_of(name, robot) for name in site.actions}
+    limits = {name: limits_of(name, site.robot) for name in site.actions}
     of_name = {short.name: kind for kind, short in ACTION_NAMES.items()}
     return {
         "site": site.name,
@@ -98,8 +97,7 @@ def offer(site: Site) -> dict[str, Any]:
         "requirements": {each.name: each.text for each in site.requirements},
         "only_simulated": sorted(site.only_simulated),
         "evidence": {
-            "runs": site.runs,
-            "seeds": site.written.seeds,
+            "seeds": f"0 to {site.written.seeds - 1}, and that of the drive",
             "faults": site.plans,
             "nature": site.written.nature,
             "limit_s": site.written.limit,

@@ -17,6 +17,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 from bt_mission.agents.evidence import Evidence, EvidenceError, evidence_of
 from bt_mission.agents.folder import AgentFolder, Proposal, canonical, digest_of
 from bt_mission.agents.site import Site
+from bt_mission.agents.site_files import differing
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import make_folder_of, write_file
 from bt_mission.core.wall_clock import unix_s
@@ -44,8 +45,8 @@ class Permit:
     Attributes:
         id: Random; a permit is used once.
         proposal: The name of the proposal.
-        mission: The digest of the mission with its inputs and its seed.
-        site: The digest of requirements, robot and world.
+        mission: Digests of the mission, its inputs and its seed.
+        site: Digests of the site, its robot and its world.
         evidence: The digest of the evidence that was shown.
         issued_s: Seconds since 1970.
         expires_s: The end of its validity, in the same unit.
@@ -54,8 +55,8 @@ class Permit:
 
     id: str
     proposal: str
-    mission: str
-    site: str
+    mission: dict[str, str]
+    site: dict[str, str]
     evidence: str
     issued_s: float
     expires_s: float
@@ -132,7 +133,7 @@ def grant(
         ApprovalError: The key is not one of the site's.
         PermitError: The proposal or its evidence has changed since it was shown.
     """
-    if missing := evidence.lacks(site):
+    if missing := evidence.lacks(site, shown):
         raise EvidenceError("; ".join(missing))
     approver = public_text(key)
     if approver not in site.written.approvers:
@@ -144,8 +145,8 @@ def grant(
     permit = Permit(
         secrets.token_hex(16),
         shown.name,
-        shown.digest,
-        site.digest,
+        shown.digests,
+        dict(site.files.digests),
         evidence.digest,
         issued_s,
         issued_s + site.written.expires,
@@ -166,6 +167,7 @@ def valid_permit(folder: AgentFolder, site: Site, name: str) -> tuple[Permit, Pr
 
     Raises:
         PermitError: It is missing, forged, expired or used, or something has changed since.
+        SiteChangedError: A file of the site has changed since it was read.
         EvidenceError: The evidence is not complete.
     """
     written = folder.permit(name)
@@ -181,16 +183,17 @@ def valid_permit(folder: AgentFolder, site: Site, name: str) -> tuple[Permit, Pr
         raise PermitError(f"the permit of '{name}' was issued in the future: check the clock")
     if folder.path("used", permit.id).exists():
         raise PermitError(f"the permit of '{name}' was used; each drive needs an approval")
-    if permit.site != site.digest:
-        raise PermitError("the site, its robot or its world has changed since the approval")
+    if changed := differing(permit.site, site.files.digests):
+        raise PermitError(f"{changed} has changed since the approval")
     proposal = folder.proposal(name)
-    if permit.mission != proposal.digest:
-        raise PermitError(f"'{name}' has changed since the approval")
+    if changed := differing(permit.mission, proposal.digests):
+        raise PermitError(f"'{name}' has changed since the approval: {changed}")
     evidence = evidence_of(folder, proposal, site)
     if permit.evidence != evidence.digest:
         raise PermitError(f"the evidence of '{name}' has changed since the approval")
-    if missing := evidence.lacks(site):
+    if missing := evidence.lacks(site, proposal):
         raise EvidenceError("; ".join(missing))
+    site.refuse_changed()
     return permit, proposal
 
 

@@ -54,7 +54,7 @@ class Shown:
             evidence,
             (diff(before, proposal.text).splitlines() or ["no difference"]) if before else (),
             tuple(_findings(site, evidence)),
-            evidence.lacks(site),
+            evidence.lacks(site, proposal),
             folder.recording(name),
             verified(folder.log)[0],
         )
@@ -66,6 +66,7 @@ class Shown:
         return (
             f"proposal '{self.proposal.name}' for site '{self.site.name}'",
             f"robot {written.robot}, world {written.world}, digest {self.proposal.digest[:16]}",
+            f"it drives with seed {self.proposal.seed}, which is simulated",
         )
 
     @property

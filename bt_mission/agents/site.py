@@ -10,12 +10,14 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from bt_mission.agents.folder import Proposal, digest_of
+from bt_mission.agents.site_files import SiteFiles, differing
 from bt_mission.core.actions import declared
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order, listed, quoted
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import Kind, find
 from bt_mission.core.nature import Profile
-from bt_mission.core.robot.model import load_robot
-from bt_mission.core.yaml.document import Document, read, read_source, read_text
+from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.yaml.document import Document, read_source, read_text
 from bt_mission.language.checks.requirements import KnownNames, diagnostics_of_names
 from bt_mission.language.loader import Examined
 from bt_mission.language.mission import Mission
@@ -29,9 +31,16 @@ from bt_mission.language.permissions import Permissions
 from bt_mission.language.requirements.formula import Requirement, signals_in
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.written import Requirements, requirements_of
-from bt_mission.sessions.check import examine
+from bt_mission.sessions.check import Surroundings, examine
 from sim.world.loader import load_world
 from sim.world.world import World
+
+
+class SiteChangedError(BtMissionError):
+    """A file of a site that differs from what a running program has read of it."""
+
+    code = "BT-1410"
+
 
 ALONE = Permissions(
     folders=(),
@@ -67,26 +76,47 @@ class Site:
     Attributes:
         requirements: Those that every mission of an agent must hold; a violation halts it.
         actions: The names of the actions that missions may use.
-        digest: Changes with the file of the site, of its robot or of its world.
         written: The file.
+        files: The bytes of it, of its robot and of its world, from which everything here follows.
     """
 
     file: Path
     written: SiteFile
+    files: SiteFiles
     world: World
+    robot: RobotModel
     requirements: tuple[Requirement, ...]
     actions: tuple[str, ...]
-    digest: str
+
+    @property
+    def digest(self) -> str:
+        """Changes with each file of the site, and with the program."""
+        return digest_of(dict(self.files.digests))
 
     @property
     def name(self) -> str:
         """The name of the site."""
         return self.written.site
 
-    @property
-    def runs(self) -> int:
-        """The number of simulated runs that are evidence."""
-        return self.written.seeds * len(self.plans)
+    def seeds(self, proposal: Proposal) -> tuple[int, ...]:
+        """Return the seeds of the runs that are evidence: those of the site, and the drive's."""
+        own = range(self.written.seeds)
+        return tuple(own) if proposal.seed in own else (*own, proposal.seed)
+
+    def runs(self, proposal: Proposal) -> int:
+        """Return the number of simulated runs that are evidence."""
+        return len(self.seeds(proposal)) * len(self.plans)
+
+    def refuse_changed(self) -> None:
+        """Raise SiteChangedError if a file on the disk is not the one that was read."""
+        try:
+            now = load_site(self.file).files.digests
+        except BtMissionError as error:
+            raise SiteChangedError(f"{self.file}: {error.headline}") from None
+        if changed := differing(self.files.digests, now):
+            raise SiteChangedError(
+                f"{changed} has changed since this program has read it: start it again"
+            )
 
     @property
     def plans(self) -> dict[str, list[str]]:
@@ -130,6 +160,7 @@ class Site:
             world=str(self.path("worlds", self.written.world)),
             robot=str(self.path("robots", self.written.robot)),
             permissions=replace(ALONE, folders=(self.file.parent.absolute(),)),
+            given=Surroundings(self.world, self.robot),
         )
         refused = (*self._head(document), *(self._nodes(mission) if mission else ()))
         if mission is None or refused:
@@ -160,7 +191,12 @@ class Site:
             yield document.diagnostic("BT-1402", ("nodes",), message, key=True)
 
     def _nodes(self, mission: Mission) -> Iterator[Diagnostic]:
-        """Yield the nodes that the missions of this site may not have."""
+        """Yield the topics and nodes that the missions of this site may not have."""
+        for each in mission.requirements:
+            for topic in _topics_of(each):
+                if why := self._no_topic(topic):
+                    place = ("requirements", each.name)
+                    yield mission.document.diagnostic("BT-1402", place, *why)
         for tree in mission.all_trees:
             for follow in tree.follow:
                 if why := self._no_topic(follow.settings.topic):
@@ -191,13 +227,32 @@ class Site:
         return f"this site does not offer the topic {topic} (it offers: {known})", None
 
 
+def _topics_of(requirement: Requirement) -> Iterator[str]:
+    """Yield the topics that a requirement names."""
+    for signal in signals_in(requirement.root):
+        known = SIGNALS.get(signal.name)
+        if known is not None and "topic" in known.arguments:
+            yield signal.arguments[known.arguments.index("topic")]
+
+
+def seed_of(text: str) -> int:
+    """Return the seed in the text of a mission; 0 without a valid one."""
+    try:
+        data = read_text(text).data
+    except InputError:
+        return 0
+    seed = data.get("seed") if isinstance(data, dict) else None
+    return seed if type(seed) is int and 0 <= seed < 2**63 else 0
+
+
 def load_site(path: Path) -> Site:
     """Return the site of a file.
 
     Raises:
         InputError: With every error of it.
     """
-    document = read(path)
+    text = read_source(path)
+    document = read_text(text, str(path))
     reader = NodeReader(document)
     written = reader.written(SiteFile, (), document.data)
     # Without nodes and variables: those are the mission's, which must not decide on a requirement.
@@ -211,15 +266,15 @@ def load_site(path: Path) -> Site:
             diagnostics.append(document.diagnostic("BT-110", ("actions", number), message))
     if written is None or diagnostics:
         raise InputError(in_order(diagnostics))
-    load_robot(written.robot, near=path)
-    beside = [find("robots", written.robot, path), find("worlds", written.world, path)]
+    files = SiteFiles.read(path, text, written.world, written.robot)
     return Site(
         file=path,
         written=written,
-        world=load_world(written.world, near=path),
+        files=files,
+        world=load_world(files.world),
+        robot=load_robot(files.robot),
         requirements=tuple(
             replace(each, on_violation="halt") for each in requirements_of(written.requirements)
         ),
         actions=known if actions is None else tuple(actions),
-        digest=digest_of([document.text, *map(read_source, beside)]),
     )

@@ -82,7 +82,8 @@ def _list(options: argparse.Namespace) -> int:
 
     site, folder = site_of(options)
     for name in folder.names():
-        missing = evidence_of(folder, folder.proposal(name), site).lacks(site)
+        proposal = folder.proposal(name)
+        missing = evidence_of(folder, proposal, site).lacks(site, proposal)
         print(f"{name}: {'; '.join(missing) or 'can be approved'}")
     if not folder.names():
         print(f"no proposals in {folder.root}")

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING
 from bt_mission.cli.argument_types import count, input_file, whole
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, REQUIRE, ROBOT, SET, mission_file
+from bt_mission.cli.options import (
+    JSON,
+    MISSION,
+    NO_PYTHON,
+    REQUIRE,
+    ROBOT,
+    SET,
+    WORLD,
+    mission_file,
+)
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
@@ -92,6 +101,7 @@ def _checked(options: argparse.Namespace) -> Mission:
     mission, diagnostics = examine(
         mission_file(options),
         set=dict(options.set),
+        world=options.world,
         robot=options.robot,
         servers=OUR_SERVERS,
         permissions=permissions_of(options),
@@ -289,6 +299,7 @@ COMMANDS = {
             Option("--tree", "show each node with the outcomes that some run reaches"),
             Option("--confirm", "run each finding on the stage, without files"),
             SET,
+            WORLD,
             ROBOT,
             NO_PYTHON,
             Option(

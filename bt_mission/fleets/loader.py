@@ -27,6 +27,7 @@ from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.sessions.check import Surroundings
 from bt_mission.sessions.named_files import NamedFiles
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from bt_mission.sessions.stage_robot import FleetRobot
@@ -204,7 +205,7 @@ class _Loader:
             world=world,
             robot=None if form.robot is None else str(self._files.beside(form.robot) or form.robot),
             permissions=self._changes.permissions,
-            place=None if self._changes.world else own_world,
+            given=Surroundings(None if self._changes.world else own_world),
         )
         if mission is not None and mission.map == "unknown":
             message = f"the mission '{mission.name}' draws its map ('map: unknown'), which a robot "

@@ -21,7 +21,7 @@ from bt_mission.scenarios.faults import FaultReader
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
 from bt_mission.scenarios.servers import ServersReader
-from bt_mission.sessions.check import has_camera
+from bt_mission.sessions.check import Surroundings, has_camera
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from bt_mission.sessions.named_files import NamedFiles
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
@@ -143,7 +143,7 @@ class _Loader:
             robot=changes.robot or written.robot,
             permissions=changes.permissions,
             servers=changes.servers,
-            place=world,
+            given=Surroundings(world),
         )
 
     def _simulator(self, written: ScenarioFile) -> NodeFactory | None:

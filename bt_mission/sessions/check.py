@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -24,7 +24,7 @@ from bt_mission.core.diagnostics import (
     quoted,
 )
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
@@ -51,6 +51,21 @@ _BY_TYPE: Mapping[str, ActionName] = {
 """Actions by their types: what they need, and the part that they move."""
 
 
+@dataclass(frozen=True)
+class Surroundings:
+    """World and robot of a mission, where they were read already; None reads the file.
+
+    Attributes:
+        world: It may be another than that of the mission.
+    """
+
+    world: World | None = None
+    robot: RobotModel | None = None
+
+
+UNREAD = Surroundings()
+
+
 def examine(
     source: Source,
     set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
@@ -59,7 +74,7 @@ def examine(
     robot: str | None = None,
     servers: ServerSettings | None = OUR_SERVERS,
     permissions: Permissions = ANYTHING,
-    place: World | None = None,
+    given: Surroundings = UNREAD,
 ) -> Examined:
     """Load and check a mission; return it with all warnings, or None with all errors.
 
@@ -70,14 +85,14 @@ def examine(
         source: As for `load`, as are `set`, `seed`, `world` and `robot`.
         servers: By their limits goals are judged; None where the goals are for other servers.
         permissions: The files and the Python code that the mission may use.
-        place: The world that it runs in, where that is not its own.
+        given: World and robot that are not read from the files that the mission names.
     """
 
     def checked(values: Mapping[str, Plain]) -> Examined:
-        check = partial(_faults, servers=servers, permissions=permissions, place=place)
+        check = partial(_faults, servers=servers, permissions=permissions, given=given)
         zones = None
-        if place is not None:
-            zones = {zone.name: (zone.x, zone.y, 0.0) for zone in place.zones}
+        if given.world is not None:
+            zones = {zone.name: (zone.x, zone.y, 0.0) for zone in given.world.zones}
         try:
             document = document_of(source)
             return read_mission(document, values, seed, world, robot, permissions, zones, check)
@@ -110,7 +125,7 @@ def _faults(
     mission: Mission,
     servers: ServerSettings | None,
     permissions: Permissions,
-    place: World | None,
+    given: Surroundings,
 ) -> Iterator[Diagnostic]:
     """Yield what does not fit this machine, and the errors of a mission's nodes."""
     is_staged = servers is not None
@@ -118,7 +133,7 @@ def _faults(
     yield from _place_diagnostics(mission, permissions)
     yield from _parallel_diagnostics(mission)
     yield from word_inputs(mission)
-    yield from _part_diagnostics(mission, servers, permissions)
+    yield from _part_diagnostics(mission, servers, permissions, given.robot)
     find: FindShapes | None = None
     try:
         from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - the rest works without
@@ -129,7 +144,7 @@ def _faults(
         hint = "try 'bt-mission doctor'"
         yield Diagnostic("BT-511", message, mission.file, hint=hint, severity="warning")
     yield from tree_diagnostics(
-        mission, find, _goal_rules(mission, servers, permissions, place), permissions
+        mission, find, _goal_rules(mission, servers, permissions, given), permissions
     )
 
 
@@ -137,7 +152,7 @@ def _goal_rules(
     mission: Mission,
     servers: ServerSettings | None,
     permissions: Permissions,
-    place: World | None,
+    given: Surroundings,
 ) -> ServerGoalRules | None:
     """Return what the servers accept with the mission's robot, if there is such a robot."""
     named: tuple[tuple[files.Kind, str | None], ...] = (
@@ -149,11 +164,11 @@ def _goal_rules(
     ):
         return None
     try:
-        robot = load_robot(mission.robot, near=mission.file)
-        world = place
+        robot = given.robot or load_robot(mission.robot, near=mission.file)
+        world = given.world
         if mission.map != "known":
             world = None
-        elif place is None and mission.world:
+        elif world is None and mission.world:
             world = load_world(mission.world, near=mission.file)
         return ServerGoalRules(robot, servers, world)
     except BtMissionError:
@@ -228,7 +243,10 @@ def has_camera(mission: Mission) -> bool:
 
 
 def _part_diagnostics(
-    mission: Mission, servers: ServerSettings | None, permissions: Permissions
+    mission: Mission,
+    servers: ServerSettings | None,
+    permissions: Permissions,
+    robot: RobotModel | None,
 ) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that needs a camera, an arm or a gripper which is missing."""
     steps = [
@@ -240,7 +258,7 @@ def _part_diagnostics(
     if not steps or not _is_there("robots", mission.robot, mission, permissions):
         return
     try:
-        robot = load_robot(mission.robot, near=mission.file)
+        robot = robot or load_robot(mission.robot, near=mission.file)
     except BtMissionError:
         return  # reported elsewhere, or when it is used
     for document, step, part in steps:

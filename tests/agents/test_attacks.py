@@ -35,6 +35,12 @@ def _tree(tree: str, head: str = "") -> Callable[[Played], Any]:
     return _proposes(f"mission: look\n{head}tree: {tree}\n")
 
 
+def _requires(formula: str) -> Callable[[Played], Any]:
+    """Propose a requirement on a topic that the site does not offer."""
+    text = formula if formula.startswith("{") else json.dumps(formula)
+    return _tree("{wait: 1}", f"requirements: {{reads: {text}}}\n")
+
+
 def _calls(tool: str, **arguments: Any) -> Callable[[Played], Any]:
     return lambda played: played.call(tool, **arguments)
 
@@ -162,6 +168,21 @@ def _world_changes(played: Played) -> None:
     path = played.root / "arena.yaml"
     path.write_text(path.read_text() + "# another byte\n")
     played.restart()
+
+
+def _world_moves(played: Played) -> None:
+    path = played.root / "arena.yaml"
+    path.write_text(path.read_text() + "# another byte\n")
+
+
+def _world_goes(played: Played) -> None:
+    (played.root / "arena.yaml").unlink()
+
+
+def _other_seeds(played: Played) -> None:
+    """Evidence of as many runs, with seeds that an agent likes better."""
+    played.prepare()
+    _edited(*EVIDENCE, runs={**RUNS, "seeds": [8, 9]})(played)
 
 
 def _adds_its_key(played: Played) -> Any:
@@ -415,6 +436,16 @@ ATTACKS = (
            _tree("{finally: {timeout: 9}, do: {wait: 1}, then: {wait: 2}}")),
     Attack("wait for a topic that tells simulation from reality", "BT-1402",
            _tree("{wait_for: {topic: /t, type: std_msgs/msg/Bool, until: data}}")),
+    Attack("a requirement that reads a topic", "/secret",
+           _requires('always topic("/secret", "data") < 0')),
+    Attack("a requirement on the age of a topic", "/secret",
+           _requires('always age("/secret") < 1')),
+    Attack("a topic in a part of a requirement", "/secret", _requires(
+        '{whenever: speed > 1, then: \'count(topic("/secret", "data") > 0) < 1\', within: 2}')),
+    Attack("a topic in the window of a requirement", "/secret", _requires(
+        'always (max within 2 s of topic("/secret", "data")) < 1')),
+    Attack("a topic below the name of one that is offered", "/secret", _requires(
+        'always age("/secret/scan") < 1')),
     Attack("follow a topic", "BT-1402", _tree(
         "{wait: 1}",
         "follow: {topic: /name, type: std_msgs/msg/String, field: data, as: n, initial: a}\n")),
@@ -459,13 +490,23 @@ ATTACKS = (
            _approved(_edited(*PROPOSAL, text=TURN + " "))),
     Attack("inputs after the approval", "BT-1404",
            _approved(_edited(*PROPOSAL, inputs={"a": "1"}))),
-    Attack("a seed after the approval", "BT-1404", _approved(_edited(*PROPOSAL, seed=7))),
+    Attack("a seed after the approval", "has changed since the approval: its seed",
+           _approved(_edited(*PROPOSAL, seed=7))),
     Attack("evidence after the approval", "BT-1404", _approved(_edited(*EVIDENCE, warnings=["x"]))),
     Attack("a weaker site after the approval", "BT-1404",
            _approved(_site_changes("< 0.3", "< 9.9"))),
     Attack("another robot after the approval", "BT-1404",
            _approved(_site_changes("robot: burger", "robot: waffle"))),
-    Attack("another world after the approval", "BT-1404", _approved(_world_changes)),
+    Attack("another world after the approval", "the world has changed since the approval",
+           _approved(_world_changes)),
+    Attack("another world while the server runs", "BT-1410", _approved(_world_moves)),
+    Attack("no world while the server runs", "BT-1410", _approved(_world_goes)),
+    Attack("no seed in the file of the proposal", "BT-1401",
+           _approved(_edited(*PROPOSAL, seed=None))),
+    Attack("approve without a run with the seed of the drive", "2 of 3 runs",
+           _approves(lambda played: played.prepare(seed=656_061))),
+    Attack("approve runs with other seeds", "not those with the seeds 0, 1",
+           _approves(_other_seeds)),
     Attack("a change while the person reads", "BT-1404", _while_shown),
     Attack("a change after the door has looked", "BT-1404", _after_the_door),
     Attack("approve without evidence", "BT-1403",
