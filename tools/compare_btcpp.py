@@ -5,8 +5,8 @@
 
 BehaviorTree.CPP 4.10 has to be installed below the prefix, with its headers; a C++ compiler builds
 `tools/btcpp/run_stubs.cpp` against it, in a temporary folder. Without missions all shipped ones
-are tried. Each is exported with its palette, whose leaves are registered with the ports and types
-that the palette gives.
+and one with ports that change are tried. Each is exported with its palette, whose leaves are
+registered with the ports and types that the palette gives.
 
 A stub leaf ends after 0 to 39 further ticks. By a hash of the seed, its name and how often it has
 run, it fails or succeeds, and gives numbers to its outputs; with seed 0 no leaf fails. The two
@@ -49,6 +49,7 @@ SHIPPED = [
     for path in sorted((ROOT / "missions").rglob("*.yaml"))
     if "scenario" not in path.name and "fleet" not in path.name
 ]
+MISSIONS = [*SHIPPED, ROOT / "tests/btcpp/live_ports.yaml"]
 NEVER_FAIL = ("log ", "set ", "wait ")
 
 
@@ -223,9 +224,9 @@ def main() -> int:
     wrong = 0
     with TemporaryDirectory() as name:
         program = build(options.prefix, Path(name))
-        for path in options.missions or SHIPPED:
+        for path in options.missions or MISSIONS:
             differences = list(compared(program, path, options.seeds, Path(name)))
-            print(f"{path.relative_to(ROOT) if path.is_absolute() else path}: ", end="")
+            print(f"{path.relative_to(ROOT) if path.is_relative_to(ROOT) else path}: ", end="")
             print("; ".join(differences[:3]) or f"the same in {options.seeds} runs")
             wrong += bool(differences)
     return 1 if wrong else 0

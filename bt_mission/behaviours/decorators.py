@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Condition, Evaluator
 from bt_mission.behaviours.hooks import HookedDecorator
-from bt_mission.behaviours.runtime import Runtime
+from bt_mission.behaviours.runtime import MissionFailure, Runtime
 from bt_mission.core.diagnostics import describe
 from bt_mission.core.stamps import NS
 from bt_mission.language.expressions.values import WORDS, NoValue, fits, type_of
@@ -197,34 +197,63 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
 class Subtree(HookedDecorator):
     """Runs its tree with a separate scope of variables, and ends as the tree does.
 
-    Outputs with a value are passed to the caller when the tree has ended, with success or failure.
-    They are not passed if it is halted.
+    An input that names a variable of the caller has the value of that variable at each tick, and a
+    variable of the caller has that of its output after each tick: nothing else runs in between.
     """
 
     def __init__(self, node: TreeNode, values: Evaluator) -> None:
         super().__init__(node, values)
         self.inner = values.inner
         """The variables of the tree below."""
+        topics = {follow.variable for follow in values.inner.followed}
+        self._written = {
+            name: variable for name, variable in node.outputs.items() if name not in topics
+        }
 
     def initialise(self) -> None:
         """Forget the last time, and take the inputs. Raises MissionFailure."""
         node, values = self._node, self._values
         given: dict[str, Any] = values.resolve(node.inputs)
         for name, value in given.items():
-            wanted = node.takes.get(name)
-            if wanted is not None and not fits(type_of(value), wanted):
-                raise values.failure(f"'{name}': expected {WORDS[wanted]}, got {describe(value)}")
+            if why := self._misfit(name, value):
+                raise values.failure(why)
         self.inner.replace({**values.mission.trees[node.tree].inputs, **given})
 
+    def enter(self) -> Status | None:
+        """Take the present values of the caller's variables. Raises MissionFailure."""
+        status = super().enter()
+        self.take_inputs()
+        outer, inner = self._values.scope.values, self.inner.values
+        for name, variable in self._written.items():
+            if variable in outer:
+                inner[name] = outer[variable]
+        return status
+
+    def take_inputs(self) -> None:
+        """Take the present values of inputs that are variables of the caller.
+
+        Raises:
+            MissionFailure: One has another type now.
+        """
+        outer, inner = self._values.scope.values, self.inner.values
+        for name, variable in self._node.live_inputs.items():
+            if variable in outer and outer[variable] is not inner.get(name):
+                if why := self._misfit(name, outer[variable]):
+                    raise MissionFailure(f"{self._values.place}: '{self.name}' cannot go on: {why}")
+                inner[name] = outer[variable]
+
     def update(self) -> Status:
-        """End as the tree does."""
+        """Hand the outputs out, and end as the tree does."""
         self.feedback_message = ""
+        outer, inner = self._values.scope.values, self.inner.values
+        for name, variable in self._node.outputs.items():
+            if name in inner and not isinstance(inner[name], NoValue):
+                outer[variable] = inner[name]
         return self.decorated.status
 
-    def terminate(self, new_status: Status) -> None:
-        """Hand the outputs out."""
-        if new_status is not Status.INVALID:
-            values = self.inner.values
-            for name, ours in self._node.outputs.items():
-                if name in values and not isinstance(values[name], NoValue):
-                    self._values.scope.values[ours] = values[name]
+    def _misfit(self, name: str, value: Any) -> str:
+        """Return why a value is none for an input; empty if it is one."""
+        wanted = self._node.takes.get(name)
+        if wanted is None or isinstance(value, NoValue) or fits(type_of(value), wanted):
+            return ""
+        return f"'{name}': expected {WORDS[wanted]}, got {describe(value)}"

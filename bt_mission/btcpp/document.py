@@ -18,6 +18,7 @@ from bt_mission.btcpp.attributes import (
     mapping,
     plain_text,
 )
+from bt_mission.btcpp.autoremap import RemappedTree, declaration, shared_names
 from bt_mission.btcpp.elements import Attribute, Element, XmlSource, parse
 from bt_mission.btcpp.node_reader import TreePorts, XmlNodeReader
 from bt_mission.btcpp.table import FORMAT, REGISTERED, REQUIREMENT, SUBTREE, TREE_NAME
@@ -71,6 +72,8 @@ def document_of(
     files = list(reader.files())
     if part is not None and not any(source.diagnostics for source in files):
         reader.refuse_size(part.place)
+        for source in files:
+            source.refuse_shared()
     diagnostics = [diagnostic for source in files for diagnostic in source.diagnostics]
     if diagnostics or part is None:
         raise InputError(in_order(diagnostics))
@@ -103,6 +106,7 @@ class _Known:
         owners: The readers of the files that trees stand in, by the IDs of the trees.
         ports: What is declared of trees, by their IDs.
         names: The names of trees in the mission.
+        trees: The trees that were read, by their IDs.
         has_all_files: Whether every file could be included.
     """
 
@@ -111,6 +115,7 @@ class _Known:
     owners: dict[str, _FileReader] = field(default_factory=dict)
     ports: dict[str, TreePorts] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
+    trees: dict[str, RemappedTree] = field(default_factory=dict)
     has_all_files: bool = True
 
 
@@ -346,7 +351,15 @@ class _FileReader(XmlNodeReader):
             message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
             self.report("BT-1208", element.at, message)
         nodes = [self.node(child) for child in element.children]
-        return nodes[0] if nodes else located({}, element.at)
+        body = nodes[0] if nodes else located({}, element.at)
+        tree_id = element.attributes["ID"].value
+        ports = self.known.ports[tree_id]
+        self.known.trees[tree_id] = RemappedTree(
+            element,
+            Document(self.source.file, body.data, body.place, self.source.lines),
+            (*ports.inputs, *ports.outputs),
+        )
+        return body
 
     def refuse_size(self, place: Place) -> None:
         """Refuse what no YAML file could hold."""
@@ -363,6 +376,18 @@ class _FileReader(XmlNodeReader):
             waiting += [(nested, depth + 1) for nested in inner]
         if count > MAX_VALUES:
             self.report("BT-103", (1, 1), f"the file exceeds the limit of {MAX_VALUES:,} values")
+
+    def refuse_shared(self) -> None:
+        """Refuse variables that `_autoremap` shares, and that are no ports."""
+        for attribute, tree_id in self.remapped:
+            trees = self.known.trees
+            if shared := shared_names(tree_id, trees):
+                message = (
+                    f"'{attribute.name}' shares {listed(map(quoted, shared))} with the caller, "
+                    f"but the tree {quoted(tree_id)} has no such port"
+                )
+                hint = declaration(tree_id, trees[tree_id], shared)
+                self.report("BT-212", attribute.at, message, hint)
 
     # ---- included files ----------------------------------------------------------------------
 

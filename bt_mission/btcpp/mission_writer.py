@@ -20,6 +20,7 @@ from bt_mission.btcpp.scripts import CONDITION
 from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic, InputError, in_order, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.checks.live_values import live_values
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import DEFAULTS, GoalLimitsTable
 from bt_mission.language.loader import read_mission, required
@@ -291,6 +292,7 @@ class _MissionWriter:
         models = [self._main_model(), *map(self._model, mission.trees.values())]
         self._models = tuple(model for model in models if model.children)
         self._refuse_files()
+        self._diagnostics += [value.diagnostic("BT-1205") for value in live_values(mission)]
         self.used = used_attributes(self._bodies.values())
         if self._diagnostics:
             raise InputError(in_order(self._diagnostics))

@@ -119,9 +119,15 @@ class TreePorts:
 
 @dataclass
 class XmlNodeReader(Reporter):
-    """Reads elements as nodes. `trees` are those that may be used, by their IDs."""
+    """Reads elements as nodes.
+
+    Attributes:
+        trees: Those that may be used, by their IDs.
+        remapped: The attributes that share all variables of a tree, with the ID of the tree.
+    """
 
     trees: Mapping[str, TreePorts] = field(default_factory=dict)
+    remapped: list[tuple[Attribute, str]] = field(default_factory=list)
 
     def node(self, element: Element) -> LocatedValue:
         """Return an element and all below it as a node."""
@@ -177,7 +183,9 @@ class XmlNodeReader(Reporter):
                 message = f"no port {quoted(key)} of {tree_id.value} (ports: {listed(known)})"
                 hint = did_you_mean(key, known) or "declare it under TreeNodesModel, with its type"
                 self.report("BT-212", attributes.pop(key).at, message, hint)
-        if self._is_remapped(attributes.pop("_autoremap", None)):
+        remapping = attributes.pop("_autoremap", None)
+        if remapping is not None and self._is_remapped(remapping):
+            self.remapped.append((remapping, tree_id.value))
             given = {key: Attribute(key, f"{{{key}}}", at, at) for key in known}
             attributes = {
                 **attributes,
@@ -192,9 +200,9 @@ class XmlNodeReader(Reporter):
             node.data["tree"], node.place.parts["tree"] = tree["name"], plain_text(tree_id).place
         return node
 
-    def _is_remapped(self, attribute: Attribute | None) -> bool:
+    def _is_remapped(self, attribute: Attribute) -> bool:
         """Return whether ports that are not given have the variables of their names."""
-        if attribute is None or attribute.value.lower() in ("false", "0"):
+        if attribute.value.lower() in ("false", "0"):
             return False
         if attribute.value.lower() not in ("true", "1"):
             got = quoted(attribute.value)

@@ -21,6 +21,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.follow import FollowedVariables, scopes_of
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.revision import Graft
@@ -433,6 +434,9 @@ class Executive:
 
     def _supervise_goals(self) -> None:
         try:
+            for node in self._nodes:
+                if isinstance(node, Subtree) and node.status is Status.RUNNING:
+                    node.take_inputs()
             for leaf in self._goal_leaves:
                 leaf.supervise()
         except Exception as error:  # noqa: BLE001 - a condition may raise as in a tick

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.checks.live_values import live_values
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.requirements import requirement_diagnostics
 from bt_mission.language.checks.warnings import warnings
@@ -104,10 +105,16 @@ def read_mission(
     diagnostics += server_diagnostics(document, written.servers, goals)
     diagnostics += check(mission)
     diagnostics += requirement_diagnostics(mission, reader.lost_nodes)
-    if any(diagnostic.severity == "error" for diagnostic in diagnostics):
+    if not _is_refused(diagnostics) and document.is_xml:
+        diagnostics += [value.diagnostic("BT-1204") for value in live_values(mission)]
+    if _is_refused(diagnostics):
         return None, in_order(diagnostics)
     noted = tuple(warnings(mission))
     return replace(mission, warnings=noted), in_order([*noted, *diagnostics])
+
+
+def _is_refused(diagnostics: Iterable[Diagnostic]) -> bool:
+    return any(diagnostic.severity == "error" for diagnostic in diagnostics)
 
 
 def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:

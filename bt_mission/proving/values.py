@@ -243,7 +243,8 @@ def _flows_of(node: NodeModel) -> Iterator[Flow]:
         given = node.values
     elif isinstance(node, TreeNode):
         given = node.inputs
-        yield from ((inner, outer, True) for inner, outer in node.outputs.items())
+        for inner, outer in node.outputs.items():
+            yield from ((inner, outer, True), (outer, inner, True))
     for name, value in given.items():
         for expression in _expressions(value):
             root = expression.root

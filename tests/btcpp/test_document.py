@@ -106,3 +106,77 @@ def test_the_mission_is_the_tree_that_no_other_uses():
     assert document.data["mission"] == "whole"
     root = '<root BTCPP_format="4" main_tree_to_execute="part">'
     assert document_of(f"{root}{part}{whole}</root>").data["mission"] == "part"
+
+
+def with_part(nodes, part, ports):
+    """Return a file with a tree `m`, in lines 2 and 3, and a tree `part` with ports."""
+    return (
+        '<root BTCPP_format="4" main_tree_to_execute="m">\n<BehaviorTree ID="m"><Sequence>\n'
+        f"{nodes}"
+        f'</Sequence></BehaviorTree><BehaviorTree ID="part"><Sequence>\n{part}'
+        f'</Sequence></BehaviorTree><TreeNodesModel><SubTree ID="part">{ports}</SubTree>'
+        "</TreeNodesModel></root>"
+    )
+
+
+SET_N, SET_X = '<Script code="n := 3"/>', '<Script code="x := 1"/>'
+LOOP = '<Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat>'
+TRY = f'<RetryUntilSuccessful num_attempts="{{n}}">{ONE}</RetryUntilSuccessful>'
+USE = '<SubTree ID="part" _autoremap="1"/>'
+IN, OUT = '<input_port name="n" type="int"/>', '<output_port name="x" type="int"/>'
+READS_X = '<ScriptCondition code="x == 1"/>'
+WHILE = "can change while the node runs, by the node in line"
+
+
+@pytest.mark.parametrize(
+    ("nodes", "part", "ports", "expected"),
+    [
+        (f"{SET_N}{LOOP}{SET_N}", ONE, "", []),
+        (f'{SET_N}<Repeat num_cycles="{{n}}">{SET_N}</Repeat>', ONE, "", [(3, 43, f"{WHILE} 3")]),
+        (
+            f"{SET_N}<Parallel>{SET_N}{TRY}</Parallel>",
+            *(ONE, "", [(3, 92, f"{WHILE} 3")]),
+        ),
+        (f'{SET_N}<SubTree ID="part" n="{{n}}"/>{SET_N}', LOOP, IN, []),
+        (
+            f'{SET_N}<Parallel>\n{SET_N}<SubTree ID="part" n="{{n}}"/></Parallel>',
+            *(LOOP, IN, [(5, 20, f"{WHILE} 4")]),
+        ),
+        (
+            f'{SET_N}<SubTree ID="part" n="{{n}}" x="{{n}}"/>',
+            *(f"{LOOP}{SET_X}", f"{IN}{OUT}", [(3, 53, "'n' and 'x' of the tree 'part' are the")]),
+        ),
+        ('<SubTree ID="part" _autoremap="true"/>', SET_X + READS_X, "", []),
+        (f'<SubTree ID="part" _autoremap="true"/>{READS_X}', SET_X, OUT, []),
+        (
+            f'{SET_X}<SubTree ID="part" _autoremap="true"/>{READS_X}',
+            *('<Script code="x := 2"/>', "", [(3, 43, "'_autoremap' shares 'x' with the caller")]),
+        ),
+        (
+            f"<Parallel>{USE}{USE}</Parallel>",
+            *(SET_X, "", [(3, 30, "'_autoremap' shares 'x'"), (3, 65, "'_autoremap' shares 'x'")]),
+        ),
+        (
+            '<SubTree ID="part" _autoremap="true"/>',
+            *(READS_X, "", [(3, 20, "'_autoremap' shares 'x' with the caller, but the tree")]),
+        ),
+    ],
+)
+def test_what_changes_in_btcpp_while_a_node_runs(nodes, part, ports, expected):
+    """Is live here, too, or refused; where copying makes no difference, it is accepted."""
+    try:
+        load(document_of(with_part(nodes, part, ports), "m.xml"))
+        faults = []
+    except InputError as error:
+        faults = error.diagnostics
+    assert [(fault.line, fault.column) for fault in faults] == [row[:2] for row in expected]
+    for fault, (_, _, message) in zip(faults, expected, strict=True):
+        assert message in fault.message
+        assert fault.hint
+
+
+def test_ports_without_a_declaration_are_named_with_it():
+    """As it is to be written."""
+    (fault,) = faults_of(with_part(f'{SET_X}<SubTree ID="part" _autoremap="1"/>', SET_X, ""))
+    port = '<output_port name="x" type="..."/>'
+    assert fault[3] == f'write under TreeNodesModel: <SubTree ID="part">{port}</SubTree>'

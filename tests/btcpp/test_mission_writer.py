@@ -4,6 +4,7 @@ import pytest
 
 from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.mission_writer import mission_xml
+from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.sessions.load import load
 from tests.support.missions import meaning
@@ -85,3 +86,20 @@ def test_the_main_tree_has_the_name_of_the_mission_where_it_can(name, main):
     assert f'main_tree_to_execute="{main}"' in xml
     there = load(document_of(xml))
     assert there.name == name
+
+
+def test_what_is_live_only_in_btcpp_is_not_written():
+    """An input that the tree writes itself keeps its value here."""
+    part = "{needs: {n: number}, outputs: {k: number}, do: {set: {k: n + 1}}}"
+    text = (
+        f"mission: m\ntrees:\n  next: {part}\ntree:\n  sequence: [set: {{x: 1}},\n"
+        "    {tree: {name: next, inputs: {n: $x}}, outputs: {k: x}}]\n"
+    )
+    with pytest.raises(InputError) as caught:
+        xml_of(text)
+    (fault,) = caught.value.diagnostics
+    assert (fault.code, fault.line, fault.column) == ("BT-1205", 6, 56)
+    assert fault.message == (
+        "'n' and 'k' of the tree 'next' are the one variable 'x': in BehaviorTree.CPP one changes "
+        "with the other"
+    )

@@ -33,12 +33,13 @@ Finding: TypeAlias = tuple[str, Path, str, str | None]
 
 def warnings(mission: Mission) -> Iterator[Diagnostic]:
     """Yield the warnings about the mission's own tree, and about the named trees that it uses."""
-    names = used(mission)
+    names, live = used(mission), _live_inputs(mission)
     for tree in mission.all_trees:
         if tree.is_main or tree.name in names:
+            changing = set() if tree.is_main else live.get(tree.name, set())
             read = frozenset(tree.outputs).union(*map(names_read, tree.body.walk()))
             yield from _head_warnings(tree, read)
-            for code, path, message, hint in _findings(tree, read):
+            for code, path, message, hint in _findings(tree, read, changing):
                 yield tree.document.diagnostic(code, path, message, hint, severity="warning")
             yield from _cut_texts(tree)
     for name, tree in mission.trees.items():
@@ -89,7 +90,19 @@ def _has(document: Document, path: Path, name: str) -> bool:
     return name in (document.find(path).keys or {})
 
 
-def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
+def _live_inputs(mission: Mission) -> dict[str, set[str]]:
+    """Return the inputs of named trees that may change while the tree runs."""
+    live: dict[str, set[str]] = {}
+    for caller in mission.all_trees:
+        for use in caller.body.walk():
+            if isinstance(use, TreeNode):
+                inputs = use.live_inputs.items()
+                changing = {name for name, variable in inputs if variable not in caller.constants}
+                live.setdefault(use.tree, set()).update(changing)
+    return live
+
+
+def _findings(tree: Tree, read: frozenset[str], live: set[str]) -> Iterator[Finding]:
     """Yield what is suspicious in the nodes of a tree."""
     ends = ends_of(tree.body)
     followed = {followed_topic.variable for followed_topic in tree.follow}
@@ -105,7 +118,7 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
                 yield from _unsure_cleanup(node, tree.body)
             case RepeatNode() if id(node) not in concurrent:
                 # Beside a loop in a `parallel` there may be a node that changes its condition.
-                yield from _unmoved_loop(node, followed)
+                yield from _unmoved_loop(node, followed | live)
             case ConditionalNode():
                 yield from _constant_condition(node)
             case LogNode():

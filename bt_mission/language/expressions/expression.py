@@ -53,6 +53,11 @@ class Expression:
         """The names it reads, without the `$`."""
         return frozenset(reference.name for reference in self.references)
 
+    @property
+    def variable(self) -> str | None:
+        """The variable that it is, if it is nothing more."""
+        return self.root.name if isinstance(self.root, Name) else None
+
     @classmethod
     def of(cls, text: str, root: SyntaxNode, like: Expression | None = None) -> Expression:
         """Return an expression with other parts than its text has alone.

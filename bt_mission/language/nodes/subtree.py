@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
@@ -49,6 +50,21 @@ class TreeNode(base.OutputsNode):
     def inputs(self) -> Mapping[str, Any]:
         """The values for its inputs."""
         return self.settings.inputs
+
+    @cached_property
+    def live_inputs(self) -> Mapping[str, str]:
+        """The inputs that are a variable of the caller, with that variable.
+
+        They have its value of each tick. One that the tree itself writes, by an output, keeps the
+        value at entry: an input of a tree never changes by what the tree does.
+        """
+        named = {
+            name: value.variable
+            for name, value in self.inputs.items()
+            if isinstance(value, Expression) and value.variable is not None
+        }
+        own = set(self.outputs.values())
+        return {name: variable for name, variable in named.items() if variable not in own}
 
     @override
     def completed(self, reading: base.Reading) -> Self:
