@@ -276,6 +276,11 @@ CHECKS = (
         partial(probe, "render", otherwise="warning", remedy=RENDERING),
         needs=("Python packages",),
     ),
+    DoctorCheck(
+        "plug-ins",
+        partial(probe, "plugins", otherwise="warning", remedy="see docs/tutorials/own-leaf.md"),
+        needs=("Python packages",),
+    ),
     DoctorCheck("Chromium", browser),
     DoctorCheck("search in the documentation", full_text_search),
 )

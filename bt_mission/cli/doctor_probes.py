@@ -62,6 +62,17 @@ def types() -> str:
     return f"{len(TYPES)} types load"
 
 
+def plugins() -> str:
+    """Imports the actions of other packages; the first that cannot be used fails."""
+    from bt_mission.language.action_names import BROKEN, plugged
+
+    usable = plugged(())
+    if BROKEN:
+        name, why = next(iter(BROKEN.items()))
+        sys.exit(f"{name}: {why}")
+    return f"{len(usable)} actions of other packages"
+
+
 def render() -> str:
     """Renders one small image off-screen."""
     os.environ["MUJOCO_GL"] = "egl"
@@ -149,7 +160,7 @@ def lockstep() -> str:
 
 PROBES: dict[str, Callable[..., str]] = {
     probe.__name__: probe
-    for probe in (ros, rmw, types, render, talk, listen, types_agree, lockstep)
+    for probe in (ros, rmw, types, plugins, render, talk, listen, types_agree, lockstep)
 }
 
 if __name__ == "__main__":

@@ -22,6 +22,8 @@ PARTS = {"goal": 0, "result": 1, "feedback": 2, "request": 0, "response": 1, "me
 
 _TIMES = frozenset(("builtin_interfaces/Duration", "builtin_interfaces/Time", "duration", "time"))
 POSE = "geometry_msgs/PoseStamped"
+POSE_AXES = ("x", "y", "yaw")
+"""The keys of a pose that is written as a mapping of numbers."""
 
 _LISTS = {
     POSE: ("m", "m", "deg"),
@@ -64,6 +66,8 @@ def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> Fie
                 return FieldType("float64", _LISTS[name][step], interface)
             written = name
             continue
+        if name == POSE and not is_list and step in POSE_AXES:
+            return FieldType("float64", _LISTS[POSE][POSE_AXES.index(step)], interface)
         if written:
             interface, section = _message(name, interface), 0
         part_section = interface_of(interface).section(section)

@@ -17,6 +17,18 @@ EXECUTE_MISSION = ActionName(
 )
 """The action of the executive."""
 
+WORDS = frozenset(
+    (
+        *("sequence", "fallback", "parallel", "choose", "finally", "when", "repeat", "retry"),
+        *("timeout", "invert", "force", "guard", "for_each", "check", "set", "wait", "log"),
+        *("python", "service", "wait_for", "publish", "action", "tree"),
+        *("name", "do", "else", "then", "inputs", "outputs", "memory", "weights", "readers"),
+        *("succeed_when", "fail_when", "rest", "cancel_when", "on_cancel", "server_timeout"),
+        *("acceptance_timeout", "feedback_timeout", "cancel_timeout"),
+    )
+)
+"""The other kinds of nodes, and the modifiers: no action has such a name."""
+
 BROKEN: dict[str, str] = {}
 """Plug-ins that cannot be used, and why."""
 
@@ -35,6 +47,11 @@ def plugged(taken: Container[str]) -> dict[str, ActionName]:
         if not isinstance(short, ActionName):
             BROKEN[entry_point.name] = (
                 f"{entry_point.value}: expected an ActionName, got {type(short).__name__}"
+            )
+        elif entry_point.name in WORDS:
+            BROKEN[entry_point.name] = (
+                f"{entry_point.value}: {entry_point.name!r} is a word of the mission language; "
+                "give the entry point another name"
             )
         elif entry_point.name in taken or not entry_point.name.isidentifier():
             BROKEN[entry_point.name] = f"{entry_point.value}: its name is missing or already used"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
+from bt_mission.core.diagnostics import Diagnostic, InputError, describe, in_order
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.live_values import live_values
@@ -57,6 +57,8 @@ def read_mission(
         if isinstance(document.data, dict) and kind in document.data:
             message = f"expected a mission, got a {kind}"
             return None, (document.diagnostic("BT-111", (kind,), message, hint, key=True),)
+    if isinstance(document.data, dict) and isinstance(document.data.get("mission"), dict):
+        return None, tuple(_nested(document))
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):
@@ -117,8 +119,20 @@ def _is_refused(diagnostics: Iterable[Diagnostic]) -> bool:
     return any(diagnostic.severity == "error" for diagnostic in diagnostics)
 
 
+def _nested(document: Document) -> list[Diagnostic]:
+    """Return what is wrong in a file whose whole mission stands under `mission`."""
+    inner = document.data["mission"]
+    message = f"expected the name of the mission, got {describe(inner)}"
+    hint = "write 'mission: NAME', and its keys at the head of the file, beside it"
+    reader = NodeReader(document)
+    reader.report("BT-301", ("mission",), message, hint)
+    if "tree" in inner:
+        reader.node(inner["tree"], ("mission", "tree"))
+    return reader.diagnostics
+
+
 def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
-    named = {"inputs": data.get("inputs", {}), "mission": "?", "tree": data.get("tree")}
+    named = {**data, "mission": "?", "tree": data.get("tree")}
     reader = NodeReader(Document("", named, Place(1, 1), ()))
     return reader.written(MissionFile, (), named)
 

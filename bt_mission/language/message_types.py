@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.core.errors import HintedError
+from bt_mission.core.interface_units import POSE_AXES
 from bt_mission.core.stamps import NS
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import Type
@@ -163,7 +164,7 @@ def conform(shape: Shape, value: Any, read: Reader, report: Report) -> Any:
 
     Everything that does not fit is reported, and then the result is of no use. Lists of three
     numbers become poses: x (m), y (m), yaw (deg) in the frame `map`; or points: x, y, z (m). A
-    number becomes a duration (s).
+    mapping of x, y and yaw is a pose, too. A number becomes a duration (s).
     """
     return _Conforming(read, report).value(shape, value, ())
 
@@ -191,6 +192,9 @@ class _Conforming:
                 return self.list(shape, value, path)
         if shape.name in (POSE_STAMPED, POINT) and isinstance(value, list | tuple):
             return self.three(shape, value, path)
+        if shape.name == POSE_STAMPED and isinstance(value, Mapping) and _is_pose(value):
+            numbers = [value.get(axis, 0.0) for axis in POSE_AXES]
+            return self.three(shape, numbers, path, POSE_AXES)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if shape.name == DURATION and is_number:
             return self.duration(value, path)
@@ -240,8 +244,11 @@ class _Conforming:
             self.refuse(path, f"expected at most {shape.most} items ({shape.name}), got {count}")
         return self.items(shape.item, value, path)
 
-    def items(self, shape: Shape, values: Any, path: Path) -> Any:
-        return [self.value(shape, part, (*path, index)) for index, part in enumerate(values)]
+    def items(self, shape: Shape, values: Any, path: Path, keys: Sequence[str] = ()) -> Any:
+        places: Sequence[str | int] = keys or range(len(values))
+        return [
+            self.value(shape, part, (*path, key)) for key, part in zip(places, values, strict=True)
+        ]
 
     def message(self, shape: MessageShape, value: Any, path: Path) -> Any:
         if not isinstance(value, Mapping):
@@ -255,12 +262,12 @@ class _Conforming:
             self.report(TypeMismatch("BT-502", (*path, name), text, hint, at_key=True))
         return filled
 
-    def three(self, shape: MessageShape, value: Any, path: Path) -> Any:
-        """Return a pose on the map or a point, of three numbers."""
+    def three(self, shape: MessageShape, value: Any, path: Path, keys: Sequence[str] = ()) -> Any:
+        """Return a pose on the map or a point, of three numbers, which may have keys."""
         if len(value) != 3:
             words, _ = SHORTHANDS[shape.name]
             return self.refuse(path, f"expected {words}, got {describe(value)}")
-        parts = self.items(_COORDINATE, value, path)
+        parts = self.items(_COORDINATE, value, path, keys)
         if not all(isinstance(part, float) and math.isfinite(part) for part in parts):
             return None
         x, y, last = parts
@@ -279,6 +286,11 @@ class _Conforming:
             return self.refuse(path, f"{seconds:g} s are outside {DURATION}, {limits}")
         sec, nanosec = divmod(round(seconds * NS), NS)
         return {"sec": sec, "nanosec": nanosec}
+
+
+def _is_pose(value: Mapping[str, Any]) -> bool:
+    """Return whether a mapping is a pose of numbers: x (m), y (m), and perhaps yaw (deg)."""
+    return {"x", "y"} <= value.keys() <= set(POSE_AXES)
 
 
 def _unknown_field(message: MessageShape, name: str) -> tuple[str, str | None]:

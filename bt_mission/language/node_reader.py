@@ -24,7 +24,7 @@ from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.models import model_diagnostics
 from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
-from bt_mission.language.file import TreeDefinition
+from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.follow import Follow, FollowSettings
 from bt_mission.language.nodes import remedies
 from bt_mission.language.nodes.base import (
@@ -137,7 +137,7 @@ class NodeReader(Reading):
             return None
         before = len(self.diagnostics)
         kind = self.kind(data, path)
-        node = None if kind is None else self.node_of(kind, data, path)
+        node = self.rest(data, path) if kind is None else self.node_of(kind, data, path)
         if len(self.diagnostics) > before and isinstance(data, dict):
             outputs, values = data.get("outputs"), data.get("set")
             lost = [*outputs.values()] if isinstance(outputs, dict) else []
@@ -161,7 +161,7 @@ class NodeReader(Reading):
         fields["@place"] = NodePlace(*self.document.position(path), path)
         if self.is_misshapen(kind, data[kind], path):
             self.lost_nodes.update(_names_in(data))
-            return None
+            return self.rest(data, path)
         children = {
             place: self.node(part, (*path, *place)) for place, part in model.written_children(data)
         }
@@ -176,6 +176,17 @@ class NodeReader(Reading):
             object.__setattr__(node, "__pydantic_fields_set__", _NO_KEYS)
             return node
         return _draft(written, below, fields["@place"]) if below else None
+
+    def rest(self, data: Any, path: tuple[Key, ...]) -> NodeModel | None:
+        """Return the nodes in a part that is no node, so that their mistakes are seen, too."""
+        below = [self.node(part, (*path, *place)) for place, part in _nodes_in(data)]
+        kept = [node for node in below if node is not None]
+        if isinstance(data, dict):
+            loops = [part for key in _strange(data) if isinstance(part := data[key], dict)]
+            self.lost.update(
+                name for loop in loops for name, part in loop.items() if isinstance(part, list)
+            )
+        return _draft(None, kept, NodePlace(*self.document.position(path), path)) if kept else None
 
     def is_misshapen(self, kind: str, value: Any, path: tuple[Key, ...]) -> bool:
         """Note where a type of node has one value instead of fields, or nodes without dashes."""
@@ -210,9 +221,8 @@ class NodeReader(Reading):
         elif not data:
             self.report("BT-206", path, f"expected {NODE}, got an empty mapping")
         else:
-            strange = (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
-            key = next(strange, next(iter(data)))
-            message, hint = remedies.unknown_kind(key, KINDS, _MODIFIERS)
+            key = next(_strange(data), next(iter(data)))
+            message, hint = remedies.unknown_kind(data, key, KINDS, _MODIFIERS)
             if key in BROKEN:
                 message, hint = f"the plug-in {quoted(key)} cannot be used: {BROKEN[key]}", None
             code = "BT-215" if key in BROKEN else "BT-203"
@@ -228,9 +238,38 @@ def _remedied(diagnostic: Diagnostic, model: type[Written]) -> Diagnostic:
     if model is FollowSettings and diagnostic.message == "'type' is missing":
         return replace(diagnostic, hint=remedies.TYPE_OF_TOPIC)
     match = _UNKNOWN_KEY.match(diagnostic.message)
-    if match is None or not issubclass(model, NodeModel) or match[1] not in model.keys:
+    if match is None:
         return diagnostic
-    return replace(diagnostic, hint=remedies.beside(match[1], model.kind))
+    if issubclass(model, NodeModel) and match[1] in model.keys:
+        return replace(diagnostic, hint=remedies.beside(match[1], model.kind))
+    owner = model.kind if issubclass(model, NodeModel) else _OWNERS.get(model, "")
+    hint = remedies.unknown_key(owner, match[1], KINDS) or diagnostic.hint
+    return replace(diagnostic, hint=hint)
+
+
+def _strange(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the keys of a node that are no modifiers."""
+    return (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
+
+
+def _nodes_in(data: Any) -> Iterator[tuple[tuple[Key, ...], Any]]:
+    """Yield what may be nodes in a part that is no node itself, each with its path."""
+    if isinstance(data, list):
+        yield from (((index,), item) for index, item in enumerate(data) if isinstance(item, dict))
+    elif isinstance(data, dict):
+        for key, part in data.items():
+            if isinstance(part, dict) and key in _BELOW:
+                yield (key,), part
+            elif key not in _MODIFIERS or key in _BELOW:
+                lists = part if isinstance(part, dict) else {None: part}
+                for name, items in lists.items():
+                    if isinstance(items, list) and any(_is_like_node(item) for item in items):
+                        place = (key,) if name is None else (key, name)
+                        yield from (((*place, *index), item) for index, item in _nodes_in(items))
+
+
+def _is_like_node(data: Any) -> bool:
+    return isinstance(data, dict) and any(key in KINDS or key in _BELOW for key in data)
 
 
 def _draft(written: NodeModel | None, below: list[NodeModel], place: NodePlace) -> SequenceNode:
@@ -258,6 +297,9 @@ def _without(data: Any, loc: tuple[Key, ...]) -> Any:
     return {**rest, key: _without(inner, loc[1:])} if deeper else rest
 
 
+_OWNERS = {MissionFile: "mission", TreeDefinition: "tree"}
 _UNKNOWN_KEY = re.compile(r"unknown key '([^']*)'")
 _NO_KEYS: set[str] = set()
+_BELOW = frozenset(("do", "then", "else", "body", "child", "children", "steps"))
+"""Keys with nodes below one, here and elsewhere."""
 _MODIFIERS = frozenset(name for model in KINDS.values() for name in model.keys) - {*KINDS}

@@ -31,7 +31,7 @@ def places_of(
     """
     if zones is not None:
         return Places(own, partial(dict, zones))
-    return Places(own, partial(zones_of_file, world or "", file, permissions))
+    return Places(own, partial(zones_of_file, world or "", file, permissions), bool(world))
 
 
 def zones_of_file(world: str, file: str, permissions: Permissions = ANYTHING) -> Mapping[str, Pose]:

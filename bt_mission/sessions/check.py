@@ -39,7 +39,12 @@ from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
-from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
+from bt_mission.sessions.goal_checks import (
+    OUR_SERVERS,
+    ServerGoalRules,
+    ServerSettings,
+    yaw_diagnostics,
+)
 from bt_mission.sessions.load import Source, document_of
 from sim.world.loader import load_world
 from sim.world.world import World
@@ -133,6 +138,7 @@ def _faults(
     yield from _place_diagnostics(mission, permissions)
     yield from _parallel_diagnostics(mission)
     yield from word_inputs(mission)
+    yield from yaw_diagnostics(mission)
     yield from _part_diagnostics(mission, servers, permissions, given.robot)
     find: FindShapes | None = None
     try:
@@ -170,9 +176,20 @@ def _goal_rules(
             world = None
         elif world is None and mission.world:
             world = load_world(mission.world, near=mission.file)
-        return ServerGoalRules(robot, servers, world)
+        return ServerGoalRules(robot, servers, world, mission.places)
     except BtMissionError:
         return None  # reported elsewhere, or when it is used
+
+
+OTHER_NAMES = {
+    **dict.fromkeys(
+        ("turtlebot3", "turtlebot", "tb3", "turtlebot3_burger", "turtlebot3_waffle"),
+        "a TurtleBot3 is 'waffle' or 'burger'",
+    ),
+    **dict.fromkeys(("turtlebot3_waffle_pi", "waffle_pi"), "write 'waffle'"),
+    **dict.fromkeys(("tb4", "turtlebot4_standard", "turtlebot4_lite"), "write 'turtlebot4'"),
+}
+"""Robots as they are called elsewhere, in small letters."""
 
 
 def _place_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
@@ -187,7 +204,7 @@ def _place_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[D
             continue
         known = files.names(kind)
         message = f"unknown {key} {quoted(wanted)} (known: {listed(known)})"
-        hint = did_you_mean(wanted, known)
+        hint = OTHER_NAMES.get(wanted.lower()) or did_you_mean(wanted, known)
         written = document.data.get(key) == wanted
         yield (
             document.diagnostic("BT-110", (key,), message, hint)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from types import SimpleNamespace
@@ -20,9 +20,12 @@ from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.types import Ranges
+from bt_mission.language.expressions.expression import Text
 from bt_mission.language.message_types import MAP_FRAME
+from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import Path
 from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.subtree import TreeNode
 
 if TYPE_CHECKING:
     from bt_mission.sessions.pose_checks import PoseChecker
@@ -65,7 +68,8 @@ _OF_PACKAGES = {named.name: named for named in ACTION_NAMES.values() if isinstan
 class ServerGoalRules:
     """The goals that the action servers accept, for one robot.
 
-    Goals of other servers are not checked, and poses only on the map of a world.
+    Goals of other servers are not checked, and poses only on the map of a world. The yaw of named
+    places is checked where they are defined (:func:`yaw_diagnostics`).
     """
 
     def __init__(
@@ -73,10 +77,12 @@ class ServerGoalRules:
         robot: RobotModel,
         settings: ServerSettings = OUR_SERVERS,
         world: World | None = None,
+        places: Collection[str] = (),
     ) -> None:
         self._robot = robot.model_copy(update=dict(settings.velocities or {}))
         self._settings = settings
         self._world = world
+        self._places = places
 
     def diagnostics(
         self, document: Document, node: InterfaceNode, values: Mapping[str, Any]
@@ -115,9 +121,12 @@ class ServerGoalRules:
         if why is not None:
             yield document.diagnostic("BT-505", path, why)
         yaw = math.degrees(2.0 * math.atan2(turn["z"], turn["w"]))
-        is_list = isinstance(document.find(path).parts, list | tuple)
-        if is_list and is_like_radians(yaw):
-            yield _in_radians(document, (*path, 2), "the yaw of a pose", yaw)
+        place = document.find(path)
+        keys = place.keys
+        is_named = place.text is not None and place.text.strip() in self._places
+        if is_like_radians(yaw) and not is_named and (keys is None or "yaw" in keys):
+            last = 2 if keys is None else "yaw"
+            yield in_radians(document, (*path, last), "the yaw of a pose", yaw)
 
     @cached_property
     def _checker(self) -> PoseChecker | None:
@@ -205,7 +214,7 @@ def _suspicion(
     """Yield a warning for an angle that is accepted but looks as if it was of another unit."""
     path = _path(node, limit.field)
     if limit.unit == "deg" and is_like_radians(value):
-        yield _in_radians(document, path, f"'{limit.field}'", value)
+        yield in_radians(document, path, f"'{limit.field}'", value)
     elif limit.unit == "rad" and is_like_degrees(value):
         turns = abs(value) / math.tau
         message = f"'{limit.field}' is in radians, and {value:g} of them are {turns:.1f} turns"
@@ -214,7 +223,8 @@ def _suspicion(
         )
 
 
-def _in_radians(document: Document, path: Path, what: str, value: float) -> Diagnostic:
+def in_radians(document: Document, path: Path, what: str, value: float) -> Diagnostic:
+    """Return the warning for a number of degrees that looks like radians."""
     degrees = round(math.degrees(value) / _STEP_DEG) * _STEP_DEG
     message = f"{what} is in degrees, and {value:g} looks like {degrees:g} of them in radians"
     hint = f"for {degrees:g} degrees write {degrees:g}"
@@ -232,6 +242,41 @@ def _poses(
     for index, pose in enumerate(many):
         if isinstance(pose, Mapping) and not _has_unknown(pose):
             yield (*path, "poses", index), pose
+
+
+def yaw_diagnostics(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield each yaw that looks like radians in places, and in inputs of trees that are poses."""
+    for name, (_, _, yaw) in mission.places.items():
+        path: Path = ("places", name)
+        if is_like_radians(yaw):
+            keys = mission.document.find(path).keys
+            last = 2 if keys is None else "yaw"
+            what = f"the yaw of the place '{name}'"
+            yield in_radians(mission.document, (*path, last), what, yaw)
+    poses = {name: _pose_names(tree) for name, tree in mission.trees.items()}
+    for tree in mission.all_trees:
+        written = [((*tree.path, "inputs"), tree.inputs, poses.get(tree.name, frozenset()))]
+        for use in tree.body.walk():
+            if isinstance(use, TreeNode):
+                path = (*use.path, "tree", "inputs")
+                written.append((path, use.inputs, poses.get(use.tree, frozenset())))
+        for path, values, wanted in written[tree.is_main :]:
+            for name, value in values.items():
+                match value:
+                    case [_, _, int() | float() as yaw] if name in wanted and is_like_radians(yaw):
+                        place = (*path, name, 2)
+                        yield in_radians(tree.document, place, "the yaw of a pose", yaw)
+
+
+def _pose_names(tree: Tree) -> frozenset[str]:
+    """Return the variables that a tree uses as poses of its goals."""
+    sent = [node.sent for node in tree.body.walk() if isinstance(node, InterfaceNode)]
+    texts = [part for goal in sent for part in (goal.get("pose"), *_listed(goal.get("poses")))]
+    return frozenset(text.text.removeprefix("$") for text in texts if isinstance(text, Text))
+
+
+def _listed(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, list | tuple) else ()
 
 
 def is_like_radians(value: float) -> bool:

@@ -88,8 +88,8 @@ def test_without_places_the_error_says_so() -> None:
     result = messages("{navigate_to_pose: {pose: zone A}, timeout: 9}", "mission: m\n")
     assert result == [
         (
-            "unknown place 'zone A': the mission has no 'places' and its world no zones; "
-            "write a pose: [x m, y m, yaw deg]"
+            "unknown place 'zone A': the mission has no 'places' and names no world; "
+            "write 'world: NAME' at its head, or a pose: [x m, y m, yaw deg]"
         )
     ]
 

@@ -34,6 +34,8 @@ charge = my_robot:CHARGE
 wrong = my_robot:WRONG
 missing = my_robots:CHARGE
 turn = my_robot:CHARGE
+wait = my_robot:CHARGE
+outputs = my_robot:CHARGE
 """
 
 MISSION = """
@@ -50,6 +52,7 @@ tree:
     - missing: {}
     - turn: {angle: 9}
       timeout: 9
+    - wait: 2.0
 """
 
 
@@ -69,8 +72,10 @@ CODE = """
 import sys; sys.path.insert(0, '.')
 from bt_mission.sessions.check import examine
 print(*(str(fault).splitlines()[0] for fault in examine('mission.yaml')[1]), sep='\\n')
-from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.action_names import ACTION_NAMES, BROKEN
 print(ACTION_NAMES['turn'].name, ACTION_NAMES['charge'].name)
+print(BROKEN['wait'])
+print(BROKEN['outputs'])
 """
 
 
@@ -101,6 +106,11 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
             "cannot be imported: ModuleNotFoundError: No module named 'my_robots' [BT-215]"
         ),
         "turn charge",
+        *(
+            f"my_robot:CHARGE: '{name}' is a word of the mission language; give the entry point "
+            "another name"
+            for name in ("wait", "outputs")
+        ),
     ]
 
 

@@ -47,7 +47,7 @@ def test_times_of_nodes_may_have_units() -> None:
     assert node("{timeout: 2 min, do: {wait: 1 s + 250 ms}}").seconds == 120.0
     turn = node("{turn: {angle: 90}, timeout: 30 s}", "limits: {acceptance_timeout: 1500 ms}\n")
     assert (turn.timeout, turn.acceptance_timeout) == (30.0, 1.5)
-    with pytest.raises(InputError, match=r"the field is in s \(s, ms, min\), got m"):
+    with pytest.raises(InputError, match=r"the field is in s \(s, ms, min\), got 3 m"):
         node("wait: 3 m")
     with pytest.raises(InputError, match="expected an operator or the end, got 'sec'; write 's'"):
         node("wait: 30 sec")
@@ -97,7 +97,7 @@ def test_conditions_on_messages_take_units() -> None:
 def test_what_does_not_fit_is_reported_at_its_place() -> None:
     """With the column in the text."""
     assert problems("{turn: {angle: 10 cm}, timeout: 9}") == [
-        "3:18 the field is in deg (rad, deg), got m; None"
+        "3:18 the field is in deg (rad, deg), got 10 cm; None"
     ]
     assert problems("{turn: {angle: 9}, timeout: 9, cancel_when: current_angle > 3 s}") == [
         "3:61 units do not match: rad and s; None"

@@ -235,6 +235,9 @@ class _EventReader:
         if _is_plain(event) and not isinstance(self.number_or_text(key, at), str):
             got = "nothing" if key == "" else key
             self.note("BT-107", f"expected a name as key, got {got[:60]}", at, self.point_hint(*at))
+        if key == "<<" and _is_plain(event):
+            hint = "write the keys themselves here; YAML 1.2 has no merge keys"
+            self.note("BT-108", "merge keys ('<<') are not allowed", at, hint)
         assert top.place.keys is not None
         if key in top.place.keys:
             first = top.place.keys[key][0]

@@ -125,6 +125,8 @@ def _diagnostic(
         )
     if kind in _EXPECTED:
         hint = word_for_boolean(detail["input"]) if kind.startswith("bool") else None
+        if kind in ("dict_type", "mapping_type") and isinstance(detail["input"], list):
+            hint = "write 'NAME: VALUE' for each, without '- '"
         return document.diagnostic("BT-301", where, f"expected {_EXPECTED[kind]}, got {got}", hint)
     if kind in ("literal_error", "enum"):
         literals = str(context["expected"]).replace(" or ", ", ").split(", ")

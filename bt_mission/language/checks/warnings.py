@@ -242,7 +242,9 @@ def _unmoved_loop(node: RepeatNode, followed: set[str]) -> Iterator[Finding]:
             continue
         if not condition.names & written:
             names = listed(f"'{name}'" for name in sorted(condition.names))
-            why = f"nothing below 'do' assigns {names}" if names else "it reads no variable"
+            why = "it reads no variable"
+            if condition.names:
+                why = f"nothing below 'do' assigns {names}"
             path = (*node.path, "repeat", key)
             yield "BT-235", path, f"no round changes this condition: {why}", None
 

@@ -38,6 +38,8 @@ class Places:
 
     own: Mapping[str, Pose] = field(default_factory=dict)
     find_zones: Callable[[], Mapping[str, Pose]] = dict
+    has_world: bool = True
+    """Whether the mission names a world."""
 
     @cached_property
     def all(self) -> Mapping[str, Pose]:
@@ -52,10 +54,11 @@ class Places:
     def unknown(self, text: str, column: int = 1) -> ExpressionError:
         """Return the error for a text that names no place."""
         if not self.all:
-            message = (
-                f"unknown place {quoted(text)}: the mission has no 'places' and its world no zones"
-            )
-            return ExpressionError("BT-308", message, column, "write a pose: [x m, y m, yaw deg]")
+            zones = "its world no zones" if self.has_world else "names no world"
+            message = f"unknown place {quoted(text)}: the mission has no 'places' and {zones}"
+            head = "" if self.has_world else "'world: NAME' at its head, or "
+            remedy = f"write {head}a pose: [x m, y m, yaw deg]"
+            return ExpressionError("BT-308", message, column, remedy)
         hint = did_you_mean(text.strip().removeprefix(_ZONE), self.all)
         return ExpressionError(
             "BT-308", f"unknown place {quoted(text)} (places: {listed(self.all)})", column, hint

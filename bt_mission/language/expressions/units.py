@@ -155,10 +155,21 @@ def _agreed(
     for dimension in known[1:]:
         if dimension != known[0]:
             first, other = (
-                shown_unit(dimension) or "no unit" for dimension in (known[0], dimension)
+                _written_unit(parts, dimension, leaf) for dimension in (known[0], dimension)
             )
             raise ExpressionError("BT-305", f"units do not match: {first} and {other}", node.column)
     return known[0] if known else None
+
+
+def _written_unit(
+    parts: tuple[SyntaxNode, ...],
+    dimension: Dimension,
+    leaf: Callable[[SyntaxNode], Dimension | None],
+) -> str:
+    """Return the unit of a dimension as its author wrote it, where it is one quantity."""
+    part = next(part for part in parts if dimension_of(part, leaf) == dimension)
+    written = as_quantity(part)
+    return written.unit if written is not None else shown_unit(dimension) or "no unit"
 
 
 # ---- in the unit of a field ------------------------------------------------------------------
@@ -190,7 +201,10 @@ def settled(root: SyntaxNode, unit: str, of_name: UnitOfName = lambda _: "") -> 
     actual = dimension_of(root, dimension_of_name)
     if wanted is not None and actual is not None and actual != wanted:
         fitting = ", ".join(name for name, dimension in COMPUTED.items() if dimension == wanted)
+        written = as_quantity(root)
         got = shown_unit(actual) or "a number without a unit"
+        if written is not None:
+            got = f"{written.number:g} {written.unit}"
         message = f"the field is in {unit} ({fitting}), got {got}"
         raise ExpressionError("BT-305", message, first.column)
     return _settled(root, unit, of_name, dimension_of_name)

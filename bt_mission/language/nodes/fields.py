@@ -20,6 +20,8 @@ from bt_mission.language.expressions.units import Measured, as_quantity, is_angl
 from bt_mission.language.expressions.values import ExpressionError, LooseText, Type
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_SHORT_TYPE = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)")
+"""The name of a type, also without its folder."""
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
@@ -303,8 +305,20 @@ def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
 
 def _type_rule(folder: str, example: str) -> Callable[[Any], str]:
     """Return the rule for the full name of a type of an action, a service or a message."""
-    pattern = re.compile(rf"[a-z][a-z0-9_]*/{folder}/[A-Z][A-Za-z0-9]*")
-    return text_rule(pattern, f"a type such as {example}")
+    rule = text_rule(
+        re.compile(rf"[a-z][a-z0-9_]*/{folder}/[A-Z][A-Za-z0-9]*"), f"a type such as {example}"
+    )
+
+    def with_folder(value: Any) -> str:
+        parts = _SHORT_TYPE.fullmatch(value) if isinstance(value, str) else None
+        if parts is not None and parts[2] != folder:
+            hint = f"did you mean '{parts[1]}/{folder}/{parts[3]}'?"
+            raise refusal(
+                f"expected a type such as {example}, got {describe(value)}", hint, code="BT-307"
+            )
+        return rule(value)
+
+    return with_folder
 
 
 def message_field(value: Any) -> str:

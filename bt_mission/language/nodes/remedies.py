@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, listed, quoted
@@ -77,8 +77,78 @@ OTHER_MODIFIERS = {
     "then": "write 'do'",
     "body": "write 'do'",
     "child": "write 'do'",
+    "children": "write the children as the list of 'sequence'",
+    **dict.fromkeys(
+        ("retries", "retry", "attempts", "maxretries", "maxattempts", "numattempts"),
+        "write 'retry: {attempts: 3}' with this node under its 'do'",
+    ),
+    **dict.fromkeys(
+        ("onfailure", "onerror", "onabort", "catch", "recovery"),
+        "write a 'fallback' with this node first, and behind it what to do after a failure",
+    ),
+    "onsuccess": "write a 'sequence' with this node first, and behind it what to do then",
+    **dict.fromkeys(
+        ("condition", "precondition", "skipif", "onlyif", "if"),
+        "write 'when: CONDITION' with this node under its 'do'",
+    ),
+    **dict.fromkeys(("times", "count"), "write 'repeat: {count: 3}' with this node under its 'do'"),
+    **dict.fromkeys(
+        ("params", "parameters", "args", "arguments", "goal", "fields"),
+        "write the fields of the goal under the type of the node, such as 'turn: {angle: 90}'",
+    ),
+    "result": "write 'outputs: {FIELD: VARIABLE}'",
+    "output": "write 'outputs: {FIELD: VARIABLE}'",
+    "description": "use 'name', or a comment",
+    "id": "write 'name'",
 }
 """The same for words beside a type of node."""
+
+_TYPES = frozenset(("type", "kind", "node", "nodetype", "class"))
+"""Keys whose value is the type of a node in other languages."""
+
+OTHER_KEYS: dict[str, dict[str, str]] = {
+    "mission": {
+        **dict.fromkeys(("name", "title", "id"), "mission"),
+        **dict.fromkeys(
+            ("variables", "vars", "params", "parameters", "args", "arguments", "blackboard"),
+            "inputs",
+        ),
+        **dict.fromkeys(
+            ("root", "behaviortree", "bt", "main", "steps", "children", "plan", "do"),
+            "tree",
+        ),
+        **dict.fromkeys(("subtrees", "functions", "macros", "behaviors", "behaviours"), "trees"),
+        **dict.fromkeys(("imports", "import", "includes", "use"), "include"),
+        **dict.fromkeys(
+            ("requires", "require", "assertions", "asserts", "properties", "specification"),
+            "requirements",
+        ),
+        **dict.fromkeys(("waypoints", "locations", "poses", "goals", "positions"), "places"),
+        **dict.fromkeys(("environment", "scene", "simulation"), "world"),
+        **dict.fromkeys(("robotmodel", "model", "platform"), "robot"),
+        **dict.fromkeys(("topics", "subscribe", "subscriptions"), "follow"),
+        **dict.fromkeys(("timeout", "timeouts", "defaults"), "limits"),
+        "comment": "description",
+    },
+    "tree": {
+        **dict.fromkeys(("tree", "root", "body", "steps", "children", "nodes"), "do"),
+        **dict.fromkeys(("params", "parameters", "args", "arguments", "requires"), "needs"),
+        **dict.fromkeys(("defaults", "variables", "vars"), "inputs"),
+        **dict.fromkeys(("returns", "return", "results", "output"), "outputs"),
+    },
+    "repeat": {
+        **dict.fromkeys(("times", "n", "number", "cycles", "numcycles", "max", "rounds"), "count"),
+        **dict.fromkeys(("condition", "if", "aslongas"), "while"),
+    },
+    "retry": {
+        **dict.fromkeys(
+            ("count", "times", "n", "max", "retries", "tries", "maxattempts", "numattempts"),
+            "attempts",
+        ),
+        **dict.fromkeys(("delay", "wait", "backoff", "sleep"), "pause"),
+    },
+}
+"""Keys of other tools in a mission, a named tree or a node, with ours."""
 
 FIRST_FIELDS = {
     "finally": "timeout",
@@ -97,9 +167,40 @@ def bare_word(word: str) -> str:
     return "".join(character for character in word.lower() if character.isalnum())
 
 
-def unknown_kind(key: str, kinds: Iterable[str], modifiers: Collection[str]) -> tuple[str, str]:
-    """Return what is wrong with a node that has no known type, and what to write instead."""
+def unknown_key(owner: str, key: str, kinds: Collection[str] = ()) -> str | None:
+    """Return what to write instead of a key of another tool; None where nothing is known.
+
+    Args:
+        owner: The part of the file: "mission", "tree", or a type of node.
+        key: The key.
+        kinds: Every type of node.
+    """
+    word = bare_word(key[:100])
+    if ours := OTHER_KEYS.get(owner, {}).get(word):
+        return f"write '{ours}'"
+    if owner == "mission" and (key in kinds or word in OTHER_WORDS):
+        return f"write it under 'tree': {OTHER_WORDS.get(word) or quoted(key + ': ...')}"
+    return None
+
+
+def unknown_kind(
+    data: Mapping[str, Any], key: str, kinds: Collection[str], modifiers: Collection[str]
+) -> tuple[str, str]:
+    """Return what is wrong with a node that has no known type, and what to write instead.
+
+    Args:
+        data: The node.
+        key: Its key that may name a type.
+        kinds: Every type of node.
+        modifiers: What stands beside a type.
+    """
     known = list(kinds)[:LIKENED_NAMES]
+    if bare_word(key[:100]) in _TYPES and isinstance(data[key], str):
+        written = data[key][:100]
+        other = OTHER_WORDS.get(bare_word(written)) or did_you_mean(written.lower(), known)
+        name = written.lower() if written.lower() in kinds else None
+        hint = f"write '{name}: ...'" if name else other or f"write '{quoted(written)[1:-1]}: ...'"
+        return f"the type of a node is its key, not the value of {quoted(key)}", hint
     instead = OTHER_WORDS.get(bare_word(key[:100]))
     if key in modifiers:
         hint = f"{quoted(key)} is a modifier: write it beside the type of its node"

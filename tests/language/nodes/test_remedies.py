@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.action_names import ACTION_NAMES, WORDS
+from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.nodes import remedies
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.ros.interface_types import shapes
@@ -15,6 +16,23 @@ def test_no_word_of_others_is_one_of_ours():
     ours = {name for model in KINDS.values() for name in model.keys} | set(KINDS)
     assert not ours & set(remedies.OTHER_WORDS)
     assert all(remedies.bare_word(word) == word for word in remedies.OTHER_WORDS)
+
+
+def test_a_key_of_other_tools_leads_to_one_of_ours():
+    """That is one of the file, the tree or the node, and the other is not."""
+    models: dict[str, Any] = {"mission": MissionFile, "tree": TreeDefinition}
+    for owner, words in remedies.OTHER_KEYS.items():
+        model = models.get(owner) or KINDS[owner].model_fields["settings"].annotation
+        ours = {info.alias or name for name, info in model.model_fields.items()}
+        assert set(words.values()) <= ours
+        assert not ours & set(words)
+        assert all(remedies.bare_word(word) == word for word in words)
+
+
+def test_no_action_of_a_package_has_the_name_of_another_kind_or_modifier():
+    """Such a plug-in would change what missions mean that do not know it."""
+    ours = {name for model in KINDS.values() for name in model.keys} | set(KINDS)
+    assert ours - set(ACTION_NAMES) == WORDS
 
 
 @pytest.mark.parametrize("kind", remedies.FIRST_FIELDS)
