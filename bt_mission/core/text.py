@@ -49,6 +49,14 @@ def escape_lines(text: str) -> str:
     return "\n".join(map(escape_control, text.split("\n")))
 
 
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text that is shown: a line feed ends one, and nothing else does.
+
+    `str.splitlines` also takes characters for it that come from others, and are escaped later.
+    """
+    return text.removesuffix("\n").split("\n") if text else []
+
+
 def escape_uncoloured(line: str) -> str:
     """Return a line that another program has coloured, escaped but for its colours."""
     pieces = _COLOUR.split(line)

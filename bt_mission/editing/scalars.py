@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.text import is_shown
 from bt_mission.core.yaml.composer import compose
 from bt_mission.editing.spans import read_spans
 
 
 def as_text(text: str) -> str:
     """Return a text as a YAML scalar, with quotes only if it needs them."""
+    if not all(map(is_shown, text)):
+        return _double_quoted(text)
     for written in (text, "'" + text.replace("'", "''") + "'"):
-        if "\n" in written or written != written.strip():
+        if written != written.strip():
             continue
         try:
             span = read_spans(f"[{written}]")
@@ -35,7 +38,6 @@ def _is_text(text: str) -> bool:
 def _double_quoted(text: str) -> str:
     escapes = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
     shown = (
-        escapes.get(char) or (char if char.isprintable() else f"\\U{ord(char):08x}")
-        for char in text
+        escapes.get(char) or (char if is_shown(char) else f"\\U{ord(char):08x}") for char in text
     )
     return f'"{"".join(shown)}"'

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.text import escape_markup, escape_page
+from bt_mission.core.text import escape_markup, escape_page, lines_of
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
@@ -53,7 +53,7 @@ def _tree(mission: Mission) -> str:
 
 
 def _report(report: Report) -> str:
-    first, *facts = report.as_text().splitlines()
+    first, *facts = lines_of(report.as_text())
     rows = "".join(
         f"<tr><td>{escape_markup(each.name)}</td><td>{escape_markup(each.outcome)}</td></tr>"
         for each in report.requirements

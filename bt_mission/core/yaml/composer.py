@@ -21,6 +21,7 @@ from bt_mission.core.diagnostics import (
     diagnostic_at,
     quoted,
 )
+from bt_mission.core.text import is_shown
 from bt_mission.core.yaml.parser_messages import MAX_DEPTH, TOO_DEEP, translate
 
 MAX_VALUES = 100_000
@@ -33,6 +34,9 @@ MAX_INTEGER = 2**64
 """No ROS field holds a larger integer."""
 
 _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+_SEPARATOR = re.compile("[\x85\u2028\u2029]")
+"""YAML 1.1 and libyaml take them for the end of a line, and so of a comment; what shows a text does
+not."""
 _UNPRINTABLE = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\ufeff"
 )
@@ -48,6 +52,8 @@ _PREFIXED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NUMBER_START = frozenset("+-.0123456789")
+_QUOTES = frozenset("'\"")
+_BLANK = frozenset("\t\n\r")
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -111,6 +117,7 @@ def compose(text: str, file: str) -> tuple[Any, Place]:
     try:
         for event in yaml.parse(reader.text, Loader=_LOADER):
             reader.take(event)
+        reader.refuse_hidden()
     except yaml.YAMLError as error:
         reader.fail(*translate(error, reader.lines))
     except (RecursionError, MemoryError):
@@ -126,6 +133,8 @@ class _EventReader:
     diagnostics: list[Diagnostic] = field(default_factory=list)
     stack: list[_Open] = field(default_factory=list)
     anchors: dict[str, _Open] = field(default_factory=dict)
+    quoted: list[tuple[int, int]] = field(default_factory=list)
+    """Where quoted texts begin and end."""
     values: int = 0
     documents: int = 0
     root: tuple[Any, Place] | None = None
@@ -146,9 +155,13 @@ class _EventReader:
         """Refuse characters that YAML does not allow, and tabs that indent."""
         bad = _UNPRINTABLE.search(self.text)
         if bad:
-            lines = split_lines(self.text[: bad.start()])
             message = f"a control character (U+{ord(bad.group()):04X}); this is not text"
-            self.fail("BT-102", message, (len(lines), len(lines[-1]) + 1))
+            self.fail("BT-102", message, self.at(bad.start()))
+        for separator in _SEPARATOR.finditer(self.text):
+            code = ord(separator.group())
+            message = f"a line separator (U+{code:04X}), which looks like no end of a line"
+            hint = f'write a line feed, or "\\u{code:04x}" in a double-quoted text'
+            self.note("BT-102", message, self.at(separator.start()), hint)
         for tab in _TAB_INDENT.finditer(self.text):
             line = len(split_lines(self.text[: tab.start()]))
             self.note(
@@ -160,6 +173,27 @@ class _EventReader:
                 break
         if self.diagnostics:
             raise InputError(self.diagnostics)
+
+    def refuse_hidden(self) -> None:
+        """Refuse characters outside of quoted texts that show nothing, or turn the direction."""
+        hidden = {character for character in set(self.text) - _BLANK if not is_shown(character)}
+        if not hidden:
+            return
+        found = re.finditer(f"[{re.escape(''.join(sorted(hidden)))}]", self.text)
+        quoted = iter([*self.quoted, (len(self.text), len(self.text))])
+        start, end = next(quoted)
+        for each in found:
+            while each.start() >= end:
+                start, end = next(quoted)
+            if each.start() < start:
+                message = f"a character that cannot be seen (U+{ord(each.group()):04X})"
+                hint = "remove it; only quoted texts may have it"
+                self.note("BT-102", message, self.at(each.start()), hint)
+
+    def at(self, offset: int) -> At:
+        """Return line and column of an offset."""
+        lines = split_lines(self.text[:offset])
+        return len(lines), len(lines[-1]) + 1
 
     def finish(self) -> tuple[Any, Place]:
         if self.root is None or (self.root[0] is None and not self.diagnostics):
@@ -218,6 +252,8 @@ class _EventReader:
     def take_scalar(self, event: Any) -> None:
         top = self.stack[-1] if self.stack else None
         at = self.begin(event)
+        if event.style in _QUOTES and event.anchor is None:  # a comment may follow an anchor
+            self.quoted.append((event.start_mark.index, event.end_mark.index))
         if top is not None and isinstance(top.data, dict) and top.key is None:
             self.take_key(top, event, at)
             return

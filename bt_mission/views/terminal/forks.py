@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bt_mission.core.text import escape_control, seconds
+from bt_mission.core.text import escape_control, lines_of, seconds
 from bt_mission.events.log import verdict
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.fork import ForkResult
@@ -110,4 +110,4 @@ def _difference(result: ForkResult) -> Iterator[str]:
         yield f"  {what}: all {events} events of the trace{known}, byte by byte"
     else:
         yield "  first difference (< recorded, > forked):"
-        yield from (f"  {line}" for line in str(result.difference).splitlines())
+        yield from (f"  {line}" for line in lines_of(str(result.difference)))

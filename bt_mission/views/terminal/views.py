@@ -16,7 +16,7 @@ from rich.text import Text
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
 from bt_mission.core.stamps import NS
 from bt_mission.core.terminal.console import EscapingConsole, coloured
-from bt_mission.core.text import escape_control, seconds
+from bt_mission.core.text import escape_control, lines_of, seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import Event, NodeChanged
 from bt_mission.events.log import STYLES, speech_of, verdict
@@ -179,7 +179,7 @@ class LiveView(View):
         """Have lines scroll by above the picture, with the time since the start."""
         self._collect()
         who = f"{run.name:{self._width}}" if run.name else ""
-        for line in text.splitlines():
+        for line in lines_of(text):
             words = f"{who}  {clean(line, self.marks)}"
             self._above.append(Text(timed(self._elapsed_ns, words)))
 

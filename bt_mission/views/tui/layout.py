@@ -10,6 +10,7 @@ from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Input
 
+from bt_mission.core.text import lines_of
 from bt_mission.events.watched_mission import targets
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import Marks, Span
@@ -134,7 +135,7 @@ def _wrapped(text: str, width: int) -> Rows:
     """A text in the place of what is not there, in rows that fit."""
     return [
         [(row, "words")]
-        for line in text.splitlines()
+        for line in lines_of(text)
         for row in wrap(line, max(width, 10), subsequent_indent="  ")
     ]
 

@@ -4,7 +4,11 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.composer import MAX_VALUES, compose
+from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.core.yaml.parser_messages import MAX_DEPTH, TOO_DEEP
+from bt_mission.editing.scalars import as_text
+
+SEPARATOR = "a line separator (U+{}), which looks like no end of a line"
 
 
 def at(place, *path):
@@ -90,6 +94,21 @@ def test_aliases_are_followed():
         ("a: [1,\n  \t2]", (2, 3, "a tab in the indentation; YAML requires spaces")),
         ("a: \t@", (1, 5, "a value cannot start with '@'; put it in quotes")),
         ("a: 1\n\x00", (2, 1, "a control character (U+0000); this is not text")),
+        (
+            "a: 1 # x\x85b: 2",
+            (1, 9, SEPARATOR.format("0085")),
+        ),
+        (
+            "a: 1 # x\u2028b: 2",
+            (1, 9, SEPARATOR.format("2028")),
+        ),
+        ("a: 'x\u2029y'", (1, 6, SEPARATOR.format("2029"))),
+        ("# \u202e\na: 1", (1, 3, "a character that cannot be seen (U+202E)")),
+        ("é: '\u202e'\nb: x\u2066y", (2, 5, "a character that cannot be seen (U+2066)")),
+        ("'a': \"\u200d\" # \u200b", (1, 12, "a character that cannot be seen (U+200B)")),
+        ("a: &x # \u200b\n  'y'", (1, 9, "a character that cannot be seen (U+200B)")),
+        ("a: |\n  x\ufe0f\u200by", (2, 5, "a character that cannot be seen (U+200B)")),
+        ("a\u3164: 1", (1, 2, "a character that cannot be seen (U+3164)")),
         ("a: 1\n---\nb: 2", (2, 1, "a second document; expected one per file")),
         ("a: !!int 3", (1, 4, "the tag 'tag:yaml.org,2002:int' is not allowed")),
         ("a: 1\na: 2", (2, 1, "duplicate key 'a' (first in line 1)")),
@@ -196,3 +215,18 @@ def test_too_many_values_are_refused_without_aliases_too():
     """A megabyte can hold half a million numbers."""
     ((_, _, message),) = refused("[" + "1," * MAX_VALUES + "1]")
     assert message.startswith(f"the file exceeds the limit of {MAX_VALUES:,} values")
+
+
+@pytest.mark.parametrize("hidden", "\u200b\u200c\u200d\u202a\u202e\u2066\u2069\u00ad\u3164\ufe0f")
+def test_a_quoted_text_keeps_characters_that_cannot_be_seen(hidden):
+    """Some scripts and emoji need them; they are escaped wherever the text is shown."""
+    text = f"é{hidden}x"
+    assert compose(f"a: '{text}'\n\"{text}\": 1", "a.yaml")[0] == {"a": text, text: 1}
+
+
+@pytest.mark.parametrize("hidden", "\x85\u2028\u2029\u200b\u202e\u3164")
+def test_what_is_written_can_be_read(hidden):
+    """Writers quote such texts, as keys and as values."""
+    data = {"a": f"x{hidden}y", f"b{hidden}": ["c", hidden, f"x{hidden}\ny"]}
+    assert compose(to_yaml(data), "a.yaml")[0] == data
+    assert compose(f"a: {as_text(hidden)}", "a.yaml")[0] == {"a": hidden}

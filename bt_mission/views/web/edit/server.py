@@ -23,7 +23,9 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import kind_of_text
 from bt_mission.core.html.pages import render
+from bt_mission.core.text import lines_of
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.core.yaml.composer import split_lines
 from bt_mission.core.yaml.document import MAX_BYTES
 from bt_mission.editing import patches
 from bt_mission.editing.checks import check_text
@@ -328,7 +330,7 @@ class EditServer(PageServer):
             await child.wait()
         finally:
             await child.stop()
-        lines = [*child.output.splitlines(), *child.lines]
+        lines = [*lines_of(child.output), *child.lines]
         return {"is_possible": child.code == 0, "lines": lines}
 
     def _ran(self, _: dict[str, Any]) -> dict[str, Any]:
@@ -516,7 +518,7 @@ def _define(asked: dict[str, Any]) -> dict[str, Any]:
 
 def _differ(asked: dict[str, Any]) -> dict[str, Any]:
     """Return the lines that differ between two texts, with some around them."""
-    before, after = (_text(asked, key).splitlines() for key in ("before", "after"))
+    before, after = (split_lines(_text(asked, key)) for key in ("before", "after"))
     lines: Sequence[str] = list(difflib.unified_diff(before, after, lineterm="", n=2))[2:]
     return {"lines": lines}
 
