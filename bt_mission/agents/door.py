@@ -35,6 +35,7 @@ from bt_mission.agents.permits import valid_permit
 from bt_mission.agents.robot import Robot, marked
 from bt_mission.agents.site import Site, seed_of
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.composer import split_lines
 
 MOST_FAULTS = 10
 MOST_PICTURE = 200_000
@@ -267,7 +268,7 @@ class Door:
 def diff(before: str, after: str) -> str:
     """Return the lines that differ between two texts."""
     lines = difflib.unified_diff(
-        before.splitlines(), after.splitlines(), "before", "after", lineterm="", n=2
+        split_lines(before), split_lines(after), "before", "after", lineterm="", n=2
     )
     return "\n".join(lines)
 

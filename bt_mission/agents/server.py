@@ -28,6 +28,8 @@ LONGEST_CALL = 100_000
 """Characters of the parameters of a call."""
 BURST, A_SECOND = 40.0, 5.0
 """Calls of all clients together: at once, and in the long run."""
+STOPS_EVERY_S = 10.0
+"""The time for which further stops share a line of the log."""
 TOO_MUCH = "BT-1405"
 REFUSED = -32000
 """The code of JSON-RPC for a call that is refused before it is looked at."""
@@ -54,6 +56,7 @@ class CallGuard:
         self._log = door.log
         self._elapsed_s = elapsed_s or _stopwatch()
         self._left, self._at_s = BURST, 0.0
+        self._stops, self._next_stop_s = 0, 0.0
 
     async def __call__(self, context: ServerRequestContext[Any, Any], call_next: CallNext) -> Any:
         """Pass a message on, or refuse it."""
@@ -63,8 +66,7 @@ class CallGuard:
             try:
                 return await call_next(context)
             finally:
-                with suppress(LogError):
-                    self._log.note(client, call, {}, "passed on")
+                self._note_stop(client)
         if context.request_id is None or context.method in FIXED:
             return await call_next(context)
         if why := self._refusal(arguments):
@@ -78,12 +80,23 @@ class CallGuard:
         self._note(client, call, arguments, _outcome(result))
         return result
 
+    def _note_stop(self, client: str) -> None:
+        """Log the first of many stops at once, and the others together, a line for each period."""
+        self._stops += 1
+        now_s = self._elapsed_s()
+        if now_s < self._next_stop_s or self._log.is_full:
+            return
+        others = f", {self._stops} since the last line" if self._stops > 1 else ""
+        self._stops, self._next_stop_s = 0, now_s + STOPS_EVERY_S
+        with suppress(LogError):
+            self._log.note(client, "stop", {}, f"passed on{others}")
+
     def _refusal(self, arguments: Any) -> str:
         now_s = self._elapsed_s()
         self._left = min(BURST, self._left + (now_s - self._at_s) * A_SECOND)
         self._at_s = now_s
         if self._log.is_full:
-            return "the log of calls is full; a person must move it away"
+            return "the log of calls is full or cannot be written; a person must move it away"
         if self._left < 1:
             return f"more than {A_SECOND:g} calls a second"
         self._left -= 1

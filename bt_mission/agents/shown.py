@@ -1,17 +1,26 @@
-"""A proposal as a person reads it before the decision: in a terminal, and on the page."""
+"""A proposal as a person reads it before the decision: in a terminal, and on the page.
+
+What comes from the proposal stands apart: on lines of its own, each behind a mark, escaped and cut
+to the width, so that nothing in it can look like a line of this program.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from bt_mission.agents.call_log import verified
+from rich.cells import chop_cells
+
+from bt_mission.agents.call_log import read_log
 from bt_mission.agents.door import diff, margins
 from bt_mission.agents.evidence import Evidence, evidence_of
 from bt_mission.agents.folder import AgentFolder, Proposal
+from bt_mission.agents.names import shown_name
 from bt_mission.agents.site import Site
+from bt_mission.core.text import escape_control
+from bt_mission.core.yaml.composer import split_lines
 from bt_mission.events.watched_mission import targets
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import read_timeline
@@ -19,6 +28,24 @@ from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import marks_for, text_of
 
 COLUMNS, ROWS = 72, 22
+MOST_LINES = 200
+"""Of a part that is not the mission itself."""
+THEIRS, CONTINUED = "  | ", "  + "
+"""Before a line of the proposal, and before the rest of one that is too long."""
+NARROWEST = 24
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some lines with a title.
+
+    Attributes:
+        is_theirs: Whether words of the proposal are in them. They are escaped already.
+    """
+
+    title: str
+    lines: Sequence[str]
+    is_theirs: bool = False
 
 
 @dataclass(frozen=True)
@@ -26,25 +53,23 @@ class Shown:
     """A proposal with its evidence, as a person decides on it.
 
     Attributes:
-        changes: Lines of the difference to the text that was approved last; empty without one.
-        findings: Lines about the evidence.
+        parts: What is shown of it, in this order.
         missing: What is missing for an approval.
         recording: That of the worst simulated run.
-        calls: The number of calls in the log, which is whole.
+        log: A line about the log of calls.
     """
 
     site: Site
     proposal: Proposal
     evidence: Evidence
-    changes: Sequence[str]
-    findings: Sequence[str]
+    parts: Sequence[Part]
     missing: Sequence[str]
     recording: Path | None
-    calls: int
+    log: str
 
     @classmethod
     def of(cls, folder: AgentFolder, site: Site, name: str) -> Self:
-        """Read a proposal. Raises BtMissionError if it, or the log of calls, is damaged."""
+        """Read a proposal. Raises BtMissionError if it is damaged."""
         proposal = folder.proposal(name)
         evidence = evidence_of(folder, proposal, site)
         before = folder.approved_text(name)
@@ -52,11 +77,14 @@ class Shown:
             site,
             proposal,
             evidence,
-            (diff(before, proposal.text).splitlines() or ["no difference"]) if before else (),
-            tuple(_findings(site, evidence)),
+            [
+                *_mission(proposal, before),
+                *_checks(evidence),
+                *_runs(site, proposal, evidence),
+            ],
             evidence.lacks(site, proposal),
             folder.recording(name),
-            verified(folder.log)[0],
+            str(read_log(folder.log)),
         )
 
     @property
@@ -69,37 +97,78 @@ class Shown:
             f"it drives with seed {self.proposal.seed}, which is simulated",
         )
 
-    @property
-    def inputs(self) -> Sequence[str]:
-        """The inputs of the mission that the proposal sets."""
-        return [f"input {name} = {value}" for name, value in self.proposal.inputs.items()]
-
-    def lines(self, encoding: str | None) -> Iterator[str]:
-        """Yield the lines for a terminal."""
-        yield from (*self.head, "", "the mission:", *self.proposal.text.splitlines(), *self.inputs)
-        if self.changes:
-            yield from ("", "changes since the last approval:", *self.changes)
-        yield from ("", "evidence:", *(f"  {line}" for line in self.findings))
+    def lines(self, encoding: str | None, width: int = COLUMNS) -> Iterator[str]:
+        """Yield the lines for a terminal of this width."""
+        yield from self.head
+        for part in self.parts:
+            yield from ("", f"{part.title}:")
+            yield from _marked(part.lines, width) if part.is_theirs else map(_indented, part.lines)
         if self.recording is not None:
             page = self.recording.with_suffix(".html")
-            yield from ("", f"the worst run ({page}):", *_map(self.recording, encoding))
-        yield from ("", f"the log of calls is whole: {self.calls:,} calls")
+            yield from ("", f"The worst run ({page}):")
+            yield from (f"{THEIRS}{line}" for line in _map(self.recording, encoding))
+        yield from ("", self.log)
 
 
-def _findings(site: Site, evidence: Evidence) -> Iterator[str]:
-    yield from (f"warning: {each}" for each in evidence.warnings)
+def _theirs(title: str, lines: Iterable[str], most: int | None = MOST_LINES) -> Part:
+    """Return lines with words of the proposal: each is one line, whatever is in it."""
+    escaped = [escape_control(line) for line in lines]
+    if most is not None and len(escaped) > most:
+        title = f"{title} (the first {most} of {len(escaped)} lines)"
+    return Part(title, escaped[:most], is_theirs=True)
+
+
+def _mission(proposal: Proposal, before: str) -> Iterator[Part]:
+    yield _theirs("The mission, in the words of the proposal", split_lines(proposal.text), None)
+    if proposal.inputs:
+        values = (f"{name} = {value}" for name, value in proposal.inputs.items())
+        yield _theirs("Its inputs, in the words of the proposal", values, None)
+    if before:
+        changes = split_lines(diff(before, proposal.text)) if before != proposal.text else ()
+        yield _theirs("Changes since the last approval", changes or ["no difference"], None)
+
+
+def _checks(evidence: Evidence) -> Iterator[Part]:
+    if evidence.warnings:
+        yield _theirs("Warnings of the check, with names of the proposal", evidence.warnings)
+    points = [f"open: {point}" for point in evidence.open_points]
     if evidence.proof is not None:
-        yield f"proof: {', '.join(evidence.proof.get('proved', ())) or 'nothing proved'}"
-    yield from (f"open: {point}" for point in evidence.open_points)
-    if evidence.runs is not None:
-        runs = evidence.runs
-        yield f"{runs.get('succeeded')} of {runs.get('scenarios')} runs succeeded"
+        points.insert(0, f"proved: {', '.join(evidence.proof.get('proved', ())) or 'nothing'}")
+    yield _theirs("The proof, with names of the proposal", points)
+
+
+def _runs(site: Site, proposal: Proposal, evidence: Evidence) -> Iterator[Part]:
+    if evidence.runs is None:
+        return
+    runs = evidence.runs
+    known = {each.name for each in site.requirements}
+    ends = f"{runs.get('succeeded')} of {runs.get('scenarios')} runs succeeded"
+    seeds = f"seeds 0 to {site.written.seeds - 1}"
+    if proposal.seed >= site.written.seeds:
+        seeds += f", and {proposal.seed}"
+    rows: dict[bool, list[str]] = {True: [], False: []}
     for row in margins(evidence):
-        margin = row["least_margin"]
+        name, margin = str(row["requirement"]), row["least_margin"]
         by = "" if margin is None else f", smallest margin {margin:g} {row['unit']}"
-        name = row["requirement"]
         note = "; only simulated, halts nothing on the robot" if name in site.only_simulated else ""
-        yield f"{name}: held in {row['held']} of {row['runs']} runs{by}{note}"
+        said = name if name in known else shown_name(name)
+        rows[name in known].append(f"{said}: held in {row['held']} of {row['runs']} runs{by}{note}")
+    yield Part("Evidence", [f"{ends} ({seeds})", *rows[True]])
+    if rows[False]:
+        yield _theirs("Requirements of the proposal itself, with its names", rows[False])
+
+
+def _indented(line: str) -> str:
+    return f"  {line}"
+
+
+def _marked(lines: Iterable[str], width: int) -> Iterator[str]:
+    """Yield lines of a proposal behind marks, cut so that a terminal breaks none of them."""
+    for line in lines:
+        # A terminal may show a letter of another script wider than it is said to be.
+        most = max(width, NARROWEST) - len(THEIRS) - 1
+        pieces = chop_cells(line, most if line.isascii() else most // 2) or [""]
+        yield from (f"{CONTINUED if at else THEIRS}{each}" for at, each in enumerate(pieces))
 
 
 def _map(recording: Path, encoding: str | None) -> Iterator[str]:

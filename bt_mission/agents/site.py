@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from bt_mission.agents.folder import Proposal, digest_of
+from bt_mission.agents.names import fault_of
 from bt_mission.agents.site_files import SiteFiles, differing
 from bt_mission.core.actions import declared
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order, listed, quoted
@@ -17,7 +18,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import Kind, find
 from bt_mission.core.nature import Profile
 from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.core.yaml.document import Document, read_source, read_text
+from bt_mission.core.yaml.document import Document, Key, read_source, read_text
 from bt_mission.language.checks.requirements import KnownNames, diagnostics_of_names
 from bt_mission.language.loader import Examined
 from bt_mission.language.mission import Mission
@@ -162,7 +163,9 @@ class Site:
             permissions=replace(ALONE, folders=(self.file.parent.absolute(),)),
             given=Surroundings(self.world, self.robot),
         )
-        refused = (*self._head(document), *(self._nodes(mission) if mission else ()))
+        refused = list(self._head(document))
+        if mission is not None:
+            refused += [*self._nodes(mission), *_names(mission)]
         if mission is None or refused:
             return None, in_order((*diagnostics, *refused))
         requirements = (*mission.requirements, *self.requirements)
@@ -225,6 +228,24 @@ class Site:
             return None
         known = listed(self.written.topics)
         return f"this site does not offer the topic {topic} (it offers: {known})", None
+
+
+def _names(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield names that a person could take for something else."""
+    document = mission.document
+    named: list[tuple[Document, tuple[Key, ...], str]] = [(document, ("mission",), mission.name)]
+    for key, names in (
+        ("inputs", mission.inputs),
+        ("places", mission.places),
+        ("requirements", [each.name for each in mission.requirements]),
+        ("trees", mission.trees),
+    ):
+        named += [(document, (key, name), name) for name in names]
+    for tree in mission.all_trees:
+        named += [(tree.document, (*node.path, "name"), node.name) for node in tree.body.walk()]
+    for where, path, name in named:
+        if why := fault_of(name):
+            yield where.diagnostic("BT-1402", path, why, key=path[0] != "mission")
 
 
 def _topics_of(requirement: Requirement) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from shutil import get_terminal_size
 
 from bt_mission.cli.argument_types import port
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
@@ -41,7 +42,7 @@ def approve(options: argparse.Namespace) -> int:
 
     site, folder = site_of(options)
     shown = Shown.of(folder, site, options.proposal)
-    for line in shown.lines(sys.stdout.encoding):
+    for line in shown.lines(sys.stdout.encoding, get_terminal_size().columns):
         print(escape_control(line))
     if shown.missing:
         raise EvidenceError("; ".join(shown.missing))

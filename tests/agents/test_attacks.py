@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 from mcp.client import Client
 
-from bt_mission.agents.call_log import CallLog
 from bt_mission.agents.evidence import evidence_of
 from bt_mission.agents.folder import MOST_PROPOSALS, canonical
 from bt_mission.agents.jobs import CommandEnd
@@ -39,6 +38,11 @@ def _requires(formula: str) -> Callable[[Played], Any]:
     """Propose a requirement on a topic that the site does not offer."""
     text = formula if formula.startswith("{") else json.dumps(formula)
     return _tree("{wait: 1}", f"requirements: {{reads: {text}}}\n")
+
+
+def _requirement(name: str) -> Callable[[Played], Any]:
+    """Propose a requirement of this name."""
+    return _tree("{wait: 1}", f"requirements: {{{json.dumps(name)}: always speed < 9}}\n")
 
 
 def _calls(tool: str, **arguments: Any) -> Callable[[Played], Any]:
@@ -378,21 +382,6 @@ def _pipe_as_permit(played: Played) -> None:
     os.mkfifo(_file(played, *PERMIT))
 
 
-def _changed_log(played: Played) -> Any:
-    played.prepare()
-    path = played.folder.log
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:1] + lines[2:]))
-    try:
-        CallLog(path)
-    except BtMissionError as error:
-        return error.headline
-    finally:
-        path.unlink()
-        played.restart()
-    return "opened"
-
-
 def _used_is_a_link(played: Played) -> None:
     permit = json.loads(_file(played, *PERMIT).read_text())
     _file(played, "used", permit["id"]).symlink_to("/nowhere/at/all")
@@ -456,6 +445,25 @@ ATTACKS = (
     Attack("too large a mission", "BT-1401", _proposes(TURN + "#" * 20_000)),
     Attack("aliases that multiply", "BT-103",
            _proposes("a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n" + HUGE_LIST + TURN)),
+    Attack("two blanks in the name of a requirement", "no two in a row",
+           _requirement("keeps  clear")),
+    Attack("blanks around the name of a requirement", "no blanks at its ends",
+           _requirement(" keeps clear")),
+    Attack("a Cyrillic letter in the name of a requirement", "CYRILLIC and LATIN",
+           _requirement("keeps cle\u0430r")),
+    Attack("mathematical letters in a name", "LATIN and MATHEMATICAL",
+           _proposes("mission: \U0001d42clow\ntree: {wait: 1}\n")),
+    Attack("wide letters in a name", "FULLWIDTH and LATIN", _requirement("is \uff53low")),
+    Attack("another colon in a name", "U+A789", _requirement("is slow\ua789 held in 2 runs")),
+    Attack("a blank that is none in a name", "BT-311", _requirement("is\u00a0slow")),
+    Attack("a long name", "at most 60", _requirement("x" * 61)),
+    Attack("a Greek letter in the name of a mission", "GREEK and LATIN",
+           _proposes("mission: l\u03bfok\ntree: {wait: 1}\n")),
+    Attack("a Cyrillic letter in the name of a node", "CYRILLIC and LATIN",
+           _proposes("mission: look\ntree: {wait: 1}\n".replace("}", ", name: w\u0430it}"))),
+    Attack("a comment that ends where nobody sees it", "BT-102",
+           _proposes(f"{TURN}# look\u2028  cancel_when: true\n")),
+    Attack("a mark of direction in a comment", "BT-102", _proposes(f"{TURN}# \u202e\n")),
     Attack("deep nesting", "BT-103", _proposes("mission: m\ntree: " + "[" * 900 + "]" * 900)),
     Attack("too many proposals", "BT-1401", _many_proposals),
     Attack("an enormous input", "BT-1401",
@@ -533,7 +541,6 @@ ATTACKS = (
     Attack("a link instead of the used permits", "BT-1103", _link_instead("used", target="moved")),
     Attack("a link instead of a used permit", "BT-1103", _approved(_used_is_a_link)),
     Attack("a pipe instead of a permit", "BT-1401", _approved(_pipe_as_permit)),
-    Attack("a line is taken out of the log", "BT-1407", _changed_log),
     # ---- floods, and words
     Attack("many calls", "BT-1405", _flood),
     Attack("many calls of another client", "'is_stopped': True", _flood_beside_stop),

@@ -99,7 +99,7 @@ def test_approve_shows_everything_and_asks_in_a_terminal(
     assert main(words) == 2
     shown, refused = capsys.readouterr()
     assert "keeps clear: held in 2 of 2 runs, smallest margin 0.2 m" in shown
-    assert "the log of calls is whole: 3 calls" in shown
+    assert "log of calls: 3 calls\n" in shown
     assert "[BT-1406]" in refused
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
