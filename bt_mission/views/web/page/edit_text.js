@@ -57,6 +57,9 @@ const range = cm.StateField.define({
   provide: (field) => cm.EditorView.decorations.from(field),
 });
 
+// What shows nothing, or turns the direction of writing: `is_shown` of core/text.py.
+const HIDDEN = /[\p{Cf}\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2029\u3164\uffa0\u{e0100}-\u{e01ef}]/u;
+
 export class TextPane {
   // onChange(isTyped): the text has changed. onCursor(offset): the cursor is elsewhere.
   constructor(onChange, onCursor) {
@@ -65,7 +68,8 @@ export class TextPane {
     const root = byId("text").attachShadow({ mode: "open" });
     this.editable = new cm.Compartment();
     this.extensions = [
-      cm.lineNumbers(), cm.foldGutter(), cm.highlightActiveLine(), cm.highlightActiveLineGutter(), cm.highlightSpecialChars(),
+      cm.lineNumbers(), cm.foldGutter(), cm.highlightActiveLine(), cm.highlightActiveLineGutter(),
+      cm.highlightSpecialChars({ addSpecialChars: HIDDEN }),
       cm.history(), cm.drawSelection(), cm.indentOnInput(), cm.bracketMatching(), cm.closeBrackets(),
       cm.yaml(), cm.syntaxHighlighting(colours), look, cm.indentUnit.of("  "), range,
       cm.search(), cm.highlightSelectionMatches(), cm.lintGutter(),

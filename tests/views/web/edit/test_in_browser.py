@@ -272,6 +272,15 @@ async def test_hostile_names_are_text(editor: Editor) -> None:
 
 
 @played("play")
+async def test_characters_that_cannot_be_seen_are_marked(editor: Editor) -> None:
+    """As everywhere, what is shown is what is read; the reader refuses them in a comment."""
+    await editor.press("F6")
+    await editor.type("# \u202e \u200c \u2060 \u2029 \u3164 \U000e0101 \u00e9 \U0001f600")
+    await editor.until(f"{TEXT}.querySelectorAll('.cm-specialChar').length === 6")
+    await editor.shows("problems", "error")
+
+
+@played("play")
 async def test_the_findings_of_a_proof_are_at_their_nodes(editor: Editor) -> None:
     """One that is opened by its key selects a node, and shows the steps."""
     await editor.press("F6")
