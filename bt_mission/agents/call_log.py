@@ -75,16 +75,16 @@ class CallLog:
     @property
     def is_full(self) -> bool:
         """Whether no call but `stop` is accepted until the log is moved away."""
-        return os.fstat(self._file).st_size > MOST_BYTES or len(self._waiting) >= MOST_WAITING
+        return os.fstat(self._file).st_size > MOST_BYTES
 
     def note(self, client: str, call: str, arguments: Any, outcome: str) -> None:
         """Append a line; it waits while another process writes.
 
         Raises:
-            LogError: It cannot be written now. It is written with a later one.
+            LogError: It cannot be written now. It waits, unless too many do.
         """
         if len(self._waiting) >= MOST_WAITING:
-            raise LogError(f"{self.path}: cannot be written; {MOST_WAITING} lines wait")
+            self.write()
         line = {
             "unix_s": round(unix_s(), 3),
             "client": client[:LONGEST],
@@ -96,7 +96,13 @@ class CallLog:
         self.write()
 
     def write(self) -> None:
-        """Write the lines that wait, unless another process writes. Raises LogError."""
+        """Write the lines that wait, unless another process writes.
+
+        Raises:
+            LogError: They cannot be written, or too many wait for the other process.
+        """
+        if not self._waiting:
+            return
         try:
             with _locked(self._file) as is_mine:
                 while is_mine and self._waiting:
@@ -104,6 +110,8 @@ class CallLog:
                     self._waiting.popleft()
         except OSError as error:
             raise LogError(f"{self.path}: cannot be written ({error.strerror})") from None
+        if len(self._waiting) >= MOST_WAITING:
+            raise LogError(f"{self.path}: another process holds it; {MOST_WAITING} lines wait")
 
     def _append(self, line: bytes) -> None:
         """Append a line as a whole, or nothing. Raises OSError."""

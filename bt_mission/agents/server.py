@@ -71,7 +71,7 @@ class CallGuard:
             return await call_next(context)
         if why := self._refusal(arguments):
             self._note(client, call, {}, why)
-            raise MCPError(code=REFUSED, message=f"{why} [{TOO_MUCH}]")
+            raise MCPError(code=REFUSED, message=why)
         try:
             result = await call_next(context)
         except Exception as error:
@@ -88,27 +88,29 @@ class CallGuard:
             return
         others = f", {self._stops} since the last line" if self._stops > 1 else ""
         self._stops, self._next_stop_s = 0, now_s + STOPS_EVERY_S
-        with suppress(LogError):
-            self._log.note(client, "stop", {}, f"passed on{others}")
+        self._note(client, "stop", {}, f"passed on{others}")
 
     def _refusal(self, arguments: Any) -> str:
         now_s = self._elapsed_s()
         self._left = min(BURST, self._left + (now_s - self._at_s) * A_SECOND)
         self._at_s = now_s
         if self._log.is_full:
-            return "the log of calls is full or cannot be written; a person must move it away"
+            return f"the log of calls is full; a person must move it away [{LogError.code}]"
         if self._left < 1:
-            return f"more than {A_SECOND:g} calls a second"
+            return f"more than {A_SECOND:g} calls a second [{TOO_MUCH}]"
         self._left -= 1
         size = len(json.dumps(arguments, default=str))
-        is_large = size > LONGEST_CALL
-        return f"a call of {size:,} characters, at most {LONGEST_CALL:,}" if is_large else ""
+        if size > LONGEST_CALL:
+            return f"a call of {size:,} characters, at most {LONGEST_CALL:,} [{TOO_MUCH}]"
+        try:
+            self._log.write()  # no call is passed on while the lines of earlier ones wait
+        except LogError as error:
+            return error.headline
+        return ""
 
     def _note(self, client: str, call: str, arguments: Any, outcome: str) -> None:
-        try:
+        with suppress(LogError):  # the line waits, and the next call is refused until it is there
             self._log.note(client, call, arguments, outcome)
-        except LogError as error:
-            raise MCPError(code=REFUSED, message=error.headline) from None
 
 
 def _refused(act: Callable[_P, Awaitable[_R]]) -> Callable[_P, Awaitable[_R]]:
