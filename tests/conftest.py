@@ -57,6 +57,9 @@ class ScriptedServer:
     def is_ready(self) -> bool:
         return self.ready
 
+    def obstacle(self) -> str:
+        return ""
+
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         return fields
 

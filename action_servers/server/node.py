@@ -34,8 +34,11 @@ from action_servers.server.parameters import (
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.action_requests import BURST
 from bt_mission.core.actions import declared
+from bt_mission.core.dds.action_servers import duplicate_servers, settled
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executors.process import (
+    LOOK_S,
     NO_ARGUMENTS,
     ProcessOptions,
     RobotNode,
@@ -195,6 +198,21 @@ class ServersNode(RobotNode):
             adapter.destroy()
         self._adapters.clear()
         super().destroy_node()
+
+    def refuse_conflicts(self, executor: Executor) -> None:
+        """Look whether another node serves one of these actions.
+
+        Raises:
+            BtMissionError: One does; each goal would run in both.
+        """
+        if self._publisher_watch is None:
+            return
+        why = settled(
+            lambda: duplicate_servers(self, self.actions),
+            lambda: executor.spin_once(timeout_sec=LOOK_S),
+        )
+        if why is not None:
+            raise BtMissionError(why, code="BT-914")
 
     def begin(self) -> None:
         """Say what is waited for."""

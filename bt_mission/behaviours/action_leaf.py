@@ -8,6 +8,7 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
+from py_trees.composites import Selector, Sequence
 
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.client_leaves import ClientLeaf
@@ -16,7 +17,7 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.behaviours.runtime import read_field, scalars
 from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
-from bt_mission.goals.attempt import Attempt, Limits
+from bt_mission.goals.attempt import Attempt, Cause, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
 from bt_mission.goals.progress_bounds import ProgressBounds
@@ -25,13 +26,16 @@ from bt_mission.language.nodes.action import GoalNode
 HALTED = "halted"
 """The message of a leaf whose goal the tree has halted."""
 
+_STOPPED = (Outcome.CANCELED_BY_CONDITION, Outcome.SUCCEEDED_LATE)
+"""Outcomes after which `on_cancel` decides, if the condition was met."""
+
 
 class ActionLeaf(ClientLeaf):
     """Sends one goal each time it starts, and turns the goal's outcome into a status.
 
-    Succeeds when the goal does, or when it is cancelled by its condition and `on_cancel` is
-    success. Outputs are written whenever the server sent a result, also a cancelled or aborted
-    one.
+    Succeeds when the goal does, unless it was to be canceled. If its condition was met, `on_cancel`
+    is the status of a goal that is canceled or succeeds nevertheless. Outputs are written whenever
+    the server sent a result, also of a goal that was canceled or aborted.
     """
 
     _client: GoalClient
@@ -82,6 +86,8 @@ class ActionLeaf(ClientLeaf):
             request,
             self._limits,
             self._started_ns,
+            node.moved_parts,
+            self._halted_goals,
         )
 
     def _bounds(self) -> Limits:
@@ -114,9 +120,22 @@ class ActionLeaf(ClientLeaf):
             self._values.store(self._node.outputs, ending.result)
         if ending.outcome is Outcome.SUCCEEDED:
             return Status.SUCCESS
-        if ending.outcome is Outcome.CANCELED_BY_CONDITION:
+        if self.attempt.cause is Cause.CONDITION and ending.outcome in _STOPPED:
             return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
+
+    def _halted_goals(self) -> Iterator[Goal]:
+        """Yield the goals that a sequence or fallback without memory halts in this tick.
+
+        It does so once this leaf runs, since its later children ran so far.
+        """
+        node: Behaviour = self
+        while (above := node.parent) is not None:
+            if isinstance(above, Sequence | Selector) and not above.memory:
+                for later in above.children[above.children.index(node) + 1 :]:
+                    if later.status is Status.RUNNING:
+                        yield from _goals_below(later)
+            node = above
 
     @property
     def was_cut_off(self) -> bool:
@@ -211,6 +230,15 @@ class ActionLeaf(ClientLeaf):
             elapsed_s = (self._runtime.now_ns - self._started_ns) / 1e9
             return LeafProgress("s", elapsed_s, self._limits.goal)
         return None
+
+
+def _goals_below(node: Behaviour) -> Iterator[Goal]:
+    """Yield the goals of the leaves below a node that are under way."""
+    for leaf in node.iterate():
+        if isinstance(leaf, ActionLeaf) and leaf.status is Status.RUNNING:
+            goal = leaf.attempt.goal if leaf.attempt else None
+            if goal is not None:
+                yield goal
 
 
 def _doing(stage: str, feedback: Any) -> str:

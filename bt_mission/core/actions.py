@@ -19,7 +19,9 @@ from typing import Any, Literal, TypeAlias
 Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera", "arm", "gripper"]
 PARTS: tuple[Need, ...] = ("arm", "gripper")
 """Needs that one goal at a time moves, and that not every robot has."""
-GOALS_AT: Mapping[str, Need] = {f"goals_at_{part}": part for part in ("base", *PARTS)}
+MOVED: tuple[Need, ...] = ("base", *PARTS)
+"""What one goal at a time moves."""
+GOALS_AT: Mapping[str, Need] = {f"goals_at_{part}": part for part in MOVED}
 """The signals that count the open goals of a part, one goal at a time of which moves it."""
 
 

@@ -180,7 +180,8 @@ def _of_goal(step: GoalNode, *, can_halt: bool) -> Iterator[Outcome]:
         Outcome.CANCELED_BY_HALT: can_halt,
     }
     asks = limits[Outcome.CANCELED_BY_CONDITION] or step.timeout or step.feedback_timeout
-    limits |= dict.fromkeys((Outcome.CANCEL_REFUSED, Outcome.UNCONFIRMED), bool(asks))
+    after_cancel = (Outcome.SUCCEEDED_LATE, Outcome.CANCEL_REFUSED, Outcome.UNCONFIRMED)
+    limits |= dict.fromkeys(after_cancel, bool(asks))
     return (outcome for outcome in Outcome if outcome in ALWAYS_POSSIBLE or limits.get(outcome))
 
 

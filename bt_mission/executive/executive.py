@@ -318,7 +318,6 @@ class Executive:
         pairs, known, indices = graft.pairs, self._known, self.indices
         errors = graft.commit()
         self._note_halted()
-        self._runtime.ledger.await_ends()
         self._set_tree(tree)
         self._runtime.scope = graft.scope
         graft.followed.leave_others(self.followed)

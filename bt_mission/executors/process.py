@@ -170,8 +170,15 @@ class RobotNode(ValidClock, Node):
         """Whether the node has ended without a signal."""
         return False
 
+    def refuse_conflicts(self, executor: Executor) -> None:
+        """Look whether another process does the same.
+
+        Raises:
+            BtMissionError: One does, with its node.
+        """
+
     def begin(self) -> None:
-        """Begin as a process, before the first callback."""
+        """Begin as a process."""
 
     def look(self) -> None:
         """Look after the node, after each callback."""
@@ -291,6 +298,7 @@ def run(
 def _serve(node: RobotNode, interrupts: InterruptSignals) -> None:
     executor = LiveExecutor()
     executor.add_node(node)
+    node.refuse_conflicts(executor)
     node.begin()
     try:
         while not (interrupts.count or node.is_done):

@@ -9,7 +9,7 @@ wins.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -28,7 +28,7 @@ class Limits:
     """Limits of one attempt, in seconds of ROS time; None is no limit.
 
     Attributes:
-        server: Wait for the server (and for an earlier goal there to end).
+        server: Wait for the server.
         answer: From the request to accepted or rejected.
         goal: From acceptance to the result.
         silence: Between two feedback messages.
@@ -72,6 +72,9 @@ class Attempt:
         request: The goal, in the client's form.
         limits: The limits that end it early.
         now_ns: ROS time, ns.
+        uses: The parts of the robot that the goal moves. While another goal that moves one of them
+            is ending, the goal is not sent.
+        halted: Returns the goals that the tree halts in this tick, once the leaf runs.
     """
 
     def __init__(
@@ -82,12 +85,16 @@ class Attempt:
         request: Any,
         limits: Limits,
         now_ns: int,
+        uses: frozenset[str] = frozenset(),
+        halted: Callable[[], Iterable[Goal]] = tuple,
     ) -> None:
         self._goal_client = goal_client
         self._ledger = ledger
         self._owner = owner
         self._request = request
         self._limits = limits
+        self._uses = uses
+        self._halted = halted
         self._since_ns = now_ns
         self._received_ns = now_ns
         self._accepted_ns: int | None = None
@@ -117,10 +124,19 @@ class Attempt:
         if self.ending:
             return str(self.ending.outcome)
         if self.goal is None:
-            return self._ledger.why_held or "waiting for the server"
+            return self.why_held or "waiting for the server"
         if self.goal.phase is Phase.SENT:
             return "waiting for acceptance"
         return "canceling" if self._cause else "active"
+
+    @property
+    def why_held(self) -> str:
+        """Why the goal is not sent yet, even if there is a server; empty if it need not wait."""
+        return "waiting for a clean-up" if self._ledger.is_held else self._awaited
+
+    @property
+    def _awaited(self) -> str:
+        return self._ledger.awaited(self._goal_client, self._uses, self._halted())
 
     @property
     def is_decided(self) -> bool:
@@ -144,13 +160,15 @@ class Attempt:
     def limits_due(self) -> Mapping[str, int]:
         """The instants at which the limits under way are over, by the name of the limit.
 
-        The wait for a server does not end while the ledger is held.
+        The wait for a server does not end while the goal is held.
         """
         limits, goal = self._limits, self.goal
         if self.is_decided:
             return {}
         running: dict[str, tuple[int | None, float | None]]
         if goal is None:
+            if self._awaited:
+                return {}
             running = {"server": (self._since_ns, limits.server)}
         elif goal.phase is Phase.SENT:
             running = {"answer": (self._since_ns, limits.answer)}
@@ -197,7 +215,7 @@ class Attempt:
         if self.goal is None:
             return self._wait_for_server(now_ns)
         if self.goal.phase is Phase.ENDED:
-            return self._read_end(self.goal)
+            return self._read_end(self.goal, now_ns)
         if self.goal.phase is Phase.SENT:
             return self._wait_for_answer(self.goal, now_ns)
         if self._accepted_ns is None:
@@ -219,23 +237,21 @@ class Attempt:
         return self._wait_for_cancel(self.goal, now_ns)
 
     def _wait_for_server(self, now_ns: int) -> AttemptResult | None:
-        if self._ledger.why_held:
+        if self.why_held:
             self._since_ns = now_ns
             return None
-        busy = self._ledger.has_orphan_at(self._goal_client)
-        if not busy and self._goal_client.is_ready():
+        why = self._goal_client.obstacle()
+        if not why and self._goal_client.is_ready():
             grace_ns = round(self._limits.cancel * NS)
             self.goal = self._ledger.send(
-                self._goal_client, self._owner, self._request, now_ns, grace_ns
+                self._goal_client, self._owner, self._request, now_ns, grace_ns, self._uses
             )
             self._since_ns = now_ns
             return None
         if now_ns - self._since_ns < self._limits.server * NS:
             return None
-        what = "an earlier goal there has not ended" if busy else "no server"
-        return AttemptResult(
-            Outcome.NO_SERVER, f"{self._goal_client.name}: {what} after {self._limits.server:g} s"
-        )
+        text = why or f"{self._goal_client.name}: no server"
+        return AttemptResult(Outcome.NO_SERVER, f"{text} after {self._limits.server:g} s")
 
     def _wait_for_answer(self, goal: Goal, now_ns: int) -> AttemptResult | None:
         if now_ns - self._since_ns < self._limits.answer * NS:
@@ -310,13 +326,17 @@ class Attempt:
             Outcome.UNCONFIRMED, f"{why} did not confirm the cancel in {self._limits.cancel:g} s"
         )
 
-    def _read_end(self, goal: Goal) -> AttemptResult:
-        name = self._goal_client.name
+    def _read_end(self, goal: Goal, now_ns: int) -> AttemptResult:
+        name, after = self._goal_client.name, self._after_cancel
         if not goal.accepted:
             why = (goal.refused or goal.refusal()).removeprefix(REJECTED)
             return AttemptResult(Outcome.REJECTED, f"{name}: {why or 'its server gave no reason'}")
         if goal.status is GoalStatus.SUCCEEDED:
-            return AttemptResult(Outcome.SUCCEEDED, "succeeded", goal.result)
+            if self._cause is None:
+                return AttemptResult(Outcome.SUCCEEDED, "succeeded", goal.result)
+            late_s = (now_ns - (self._accepted_ns or now_ns)) / NS
+            text = f"{name} succeeded {after}, {late_s:g} s after its acceptance"
+            return AttemptResult(Outcome.SUCCEEDED_LATE, text, goal.result)
         if goal.status is GoalStatus.CANCELED:
             if self._cause is None:
                 return AttemptResult(
@@ -325,8 +345,22 @@ class Attempt:
             return AttemptResult(_CANCELED[self._cause], self._cause_text, goal.result)
         if goal.status is GoalStatus.ABORTED:
             why = f": {goal.raised}" if goal.raised else _say_error(goal.result)
-            return AttemptResult(Outcome.ABORTED, f"{name}{why}", goal.result)
+            late = f", {after}" if after else ""
+            return AttemptResult(Outcome.ABORTED, f"{name}{why}{late}", goal.result)
         return AttemptResult(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
+
+    @property
+    def _after_cancel(self) -> str:
+        """What came before the end of a goal that was to be canceled; empty for another one."""
+        limits = self._limits
+        match self._cause:
+            case Cause.TIMEOUT:
+                return f"after its timeout of {limits.goal:g} s"
+            case Cause.SILENCE:
+                return f"after {limits.silence:g} s without feedback"
+            case Cause.CONDITION:
+                return f"after its cancel condition was met ({self._cause_text})"
+        return ""
 
 
 def _say_error(result: Any) -> str:

@@ -103,6 +103,9 @@ class GoalClient(Protocol):
     def is_ready(self) -> bool:
         """Return whether a server is there and matched."""
 
+    def obstacle(self) -> str:
+        """Return why no goal should be sent, whether or not a server is there; empty if it can."""
+
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal request with these fields.
 
@@ -134,6 +137,7 @@ class Goal:
         grace_ns: The time that it may take to end once it is not wanted, ns; after that it is
             orphaned.
         request: The request, in the client's form.
+        uses: The parts of the robot that it moves.
     """
 
     id: bytes
@@ -156,6 +160,7 @@ class Goal:
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None
     sent_ns: int = 0
+    uses: frozenset[str] = frozenset()
     targets: tuple[NamedPose, ...] = ()
     """The places that its request names."""
     reported: Phase = Phase.SENT
@@ -165,6 +170,15 @@ class Goal:
     def is_live(self) -> bool:
         """Whether the server may still be working on the goal, as far as is known."""
         return self.phase not in (Phase.ENDED, Phase.LOST)
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether it is not wanted any more, and its server has not confirmed its end."""
+        is_unwanted = self.orphaned_ns is not None or self.phase in (
+            Phase.RECALLED,
+            Phase.CANCELING,
+        )
+        return self.is_live and is_unwanted
 
     @property
     def short_id(self) -> str:

@@ -7,7 +7,7 @@ until it ends. No tick blocks. A mission ends with "0 orphaned", or names the or
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
 from bt_mission.goals.goal import Event, Goal, GoalClient, Phase
@@ -60,24 +60,30 @@ class Ledger:
         self._given_up: set[bytes] = set()
         self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
-        self._awaited: list[Goal] = []
         self.is_held = False
         """Whether leaves of the tree must not send goals, while a clean-up after a halt is under
         way.
         """
 
-    def await_ends(self) -> None:
-        """Send nothing before the goals that are not wanted any more have ended, or are lost."""
-        self._awaited = [goal for goal in self._open.values() if goal.orphaned_ns is not None]
+    def awaited(
+        self, goal_client: GoalClient, uses: Collection[str], halted: Iterable[Goal] = ()
+    ) -> str:
+        """Return which goal a leaf has to wait for before it sends its own; empty for none.
 
-    @property
-    def why_held(self) -> str:
-        """Why a leaf has to wait before it sends a goal; empty if it need not wait."""
-        if self._awaited:
-            self._awaited = [goal for goal in self._awaited if goal.is_live]
-        if self._awaited:
-            return "waiting for goals before the revision to end"
-        return "waiting for a clean-up" if self.is_held else ""
+        That is a goal at the same server, or one that moves the same part of the robot, whose end
+        was requested and is not confirmed. A goal that is given up is not awaited.
+
+        Args:
+            goal_client: Of the goal that is to be sent.
+            uses: The parts of the robot that this goal moves.
+            halted: Goals that the tree halts in this tick, once the leaf runs.
+        """
+        for goal in (*(goal for goal in self._open.values() if goal.is_ending), *halted):
+            is_there = goal.goal_client is goal_client
+            if goal.is_live and (is_there or not goal.uses.isdisjoint(uses)):
+                end = "end" if is_there else f"free the {min(goal.uses & set(uses))}"
+                return f"waiting for {goal.goal_client.name} of '{goal.owner}' to {end}"
+        return ""
 
     @property
     def open_goals(self) -> tuple[Goal, ...]:
@@ -104,6 +110,7 @@ class Ledger:
         request: Any,
         now_ns: int,
         grace_ns: int | None = None,
+        uses: frozenset[str] = frozenset(),
     ) -> Goal:
         """Send ``request`` as a new goal and keep it until it ends.
 
@@ -113,13 +120,14 @@ class Ledger:
             request: The goal, in the client's form.
             now_ns: ROS time, ns.
             grace_ns: Replaces the grace period of the ledger, ns.
+            uses: The parts of the robot that the goal moves.
         """
         self.goals_sent += 1
         digest = bytearray(hashlib.sha256(f"{self._seed}/{self.goals_sent}".encode()).digest()[:16])
         digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
         digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
         grace_ns = self._grace_ns if grace_ns is None else grace_ns
-        goal = Goal(bytes(digest), goal_client, owner, grace_ns, request, sent_ns=now_ns)
+        goal = Goal(bytes(digest), goal_client, owner, grace_ns, request, sent_ns=now_ns, uses=uses)
         self._open[goal.id] = goal
         self._report(now_ns, "sent", goal)
         try:
@@ -150,11 +158,6 @@ class Ledger:
         self._retry_ns[goal.id] = now_ns + self._delay_ns
         self._report(now_ns, "released", goal)
         goal.on(Event.UNWANTED)
-
-    def has_orphan_at(self, goal_client: GoalClient) -> bool:
-        """Return whether an abandoned goal is still open at this server."""
-        orphans = (self._open[goal_id] for goal_id in self._retry_ns)
-        return any(goal.goal_client is goal_client and goal.is_live for goal in orphans)
 
     def is_there(self, goal_client: GoalClient, now_ns: int) -> bool:
         """Return whether this server is in the graph. The graph is asked once at each instant."""

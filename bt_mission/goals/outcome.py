@@ -11,6 +11,8 @@ class Outcome(StrEnum):
     """How an attempt ended, as the leaf that made it sees it."""
 
     SUCCEEDED = "succeeded"
+    SUCCEEDED_LATE = "succeeded late"
+    """After the leaf had requested its cancel."""
     ABORTED = "aborted"
     REJECTED = "rejected"
     CANCELED_BY_CONDITION = "canceled by condition"
@@ -23,6 +25,15 @@ class Outcome(StrEnum):
     SERVER_LOST = "server lost"
     CANCEL_REFUSED = "cancel refused"
     UNCONFIRMED = "unconfirmed"
+
+
+CANCELED = "canceled"
+"""Stands for every outcome of a goal that was canceled."""
+
+
+def is_outcome(outcome: str, wanted: str) -> bool:
+    """Return whether an outcome is the wanted one; `CANCELED` is each of a canceled goal."""
+    return outcome == wanted or (wanted == CANCELED and outcome.startswith(CANCELED))
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,6 @@ class GoalRequest:
         send: Called with each event, once.
         server_s: The limit of the wait for a server.
         limit_s: The goal is cancelled after this time; None is no limit.
-        why_rejected: Returns the server's log line of a rejection; empty without one.
     """
 
     def __init__(
@@ -60,14 +59,12 @@ class GoalRequest:
         *,
         server_s: float,
         limit_s: float | None = None,
-        why_rejected: Callable[[], str] = str,
     ) -> None:
         self._client = client
         self._message = message
         self._send = send
         self._server_s = server_s
         self._limit_s = limit_s
-        self._why_rejected = why_rejected
         self._ledger = Ledger(secrets.token_hex(8), round(GRACE_S * NS))
         self._since_ns: int | None = None
         self._accepted_ns: int | None = None
@@ -164,7 +161,7 @@ class GoalRequest:
     def _read_end(self, goal: Goal, now_ns: int) -> GoalResult | None:
         name = self._client.name
         if not goal.accepted:
-            return self._read_rejection(now_ns)
+            return self._read_rejection(goal, now_ns)
         match goal.status:
             case GoalStatus.SUCCEEDED:
                 return GoalResult(GoalOutcome.SUCCEEDED, "succeeded", goal.result)
@@ -175,10 +172,10 @@ class GoalRequest:
                 return GoalResult(GoalOutcome.CANCELED, f"canceled: {why}", goal.result)
         return GoalResult(GoalOutcome.LOST, f"{name} no longer knows the goal (restarted?)")
 
-    def _read_rejection(self, now_ns: int) -> GoalResult | None:
+    def _read_rejection(self, goal: Goal, now_ns: int) -> GoalResult | None:
         """Read the server's log line of the rejection, which may arrive later."""
         self._rejected_ns = self._rejected_ns or now_ns
-        words = self._why_rejected()
+        words = goal.refusal()
         if not words and now_ns - self._rejected_ns < QUIET_NS:
             return None
         why = f"its log says: {words}" if words else "its server gave no reason"
@@ -222,8 +219,8 @@ class GoalSender:
         self._server_s = server_s
         self._limit_s = limit_s
         logs = ServerLogs(session.node)
+        logs.begin()
         self._client = RosGoalClient(session.node, action, type_name, logs.listen, Stream())
-        self._why_rejected = logs.listen(self._client.name)
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal message with these fields. Raises BtMissionError."""
@@ -237,7 +234,6 @@ class GoalSender:
             send,
             server_s=self._server_s,
             limit_s=self._limit_s,
-            why_rejected=self._why_rejected,
         )
 
 

@@ -68,3 +68,9 @@ _OURS = {
 
 ACTION_NAMES = {**_OURS, **plugged(_OURS)}
 """The kinds whose values are goals."""
+
+BY_TYPE = {
+    known.type: known
+    for known in (*(action.known for action in declared().values()), *ACTION_NAMES.values())
+}
+"""Actions by their types: what they need, and the part that they move."""

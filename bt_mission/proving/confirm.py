@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from bt_mission.core.actions import moved_part
+from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import make_folder_of, write_file
 from bt_mission.core.text import escape_control
@@ -71,13 +73,15 @@ def check_of(finding: Finding) -> Check:
     broken = finding.broken
     why = NO_RUN.get(finding.property, "no run shows it")
     match broken.name if broken is not None else "":
-        case name if name in PART_OF:
+        case name if broken is not None and name in PART_OF:
             part = PART_OF[name]
-            one_goal = f"one goal at the {part}"
+            one_goal, actions = f"one goal at the {part}", broken.about.split()
+            uncounted = [action for action in actions if moved_part(action) != part]
             return Check(
                 lambda result: one_goal in result.violated,
                 requirements={one_goal: f"never goals_at_{part} > 1"},
                 limit_s=BEHIND_S,
+                why_not=f"goals_at_{part} does not count {listed(uncounted)}" if uncounted else "",
             )
         case "requirement":
             return Check(lambda result: finding.requirement in result.violated, limit_s=BEHIND_S)

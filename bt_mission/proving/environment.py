@@ -553,10 +553,18 @@ class Environment:
         """The open goals at each part, as its servers see it: their actions and leaves."""
         parts: dict[str, list[tuple[str, str]]] = {}
         for server in self._goal_servers.values():
-            for served in server.goals if server.moves else ():
-                if served.is_live:
-                    parts.setdefault(server.moves, []).append((server.name, served.goal.owner))
+            for served in server.goals:
+                for part in self._moved_parts(served.leaf) if served.is_live else ():
+                    parts.setdefault(part, []).append((server.name, served.goal.owner))
         return parts
+
+    @property
+    def moved_parts(self) -> set[str]:
+        """The parts that the goals of the mission are known to move."""
+        return {part for leaf in self._action_leaves for part in self._moved_parts(leaf)}
+
+    def _moved_parts(self, leaf: ActionLeaf | None) -> Iterable[str]:
+        return () if leaf is None else self._evaluators[leaf].node.known_parts or ()
 
     @property
     def unaccounted(self) -> list[tuple[str, str]]:

@@ -10,7 +10,6 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.core.actions import moved_part
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.proving.answers import ANSWERS, ROWS, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
@@ -99,7 +98,6 @@ class GoalServer:
         self._type = action_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
         self._evaluator_of, self._on_use = evaluator_of, on_use
-        self.moves = moved_part(name)
         self._requests, self._results_of, self._present = Known(), Known(), Known()
         self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
         self.goals: list[ServedGoal] = []
@@ -124,6 +122,10 @@ class GoalServer:
         row = rows[self._choices.choose(options)]
         self.is_away = row.name in ("no_server", "away")
         return not self.is_away
+
+    def obstacle(self) -> str:
+        """There is never more than one server."""
+        return ""
 
     def _presence(self, stage: str) -> tuple[list[Answer], Question]:
         known: tuple[list[Answer], Question] | None = self._present.get(stage)

@@ -99,7 +99,7 @@ class RunningLimits:
         for leaf in self._leaves:
             attempt = leaf.attempt
             if attempt is not None and leaf.status is running:
-                is_held = bool(self._ledger.why_held) and leaf not in inside
+                is_held = self._ledger.is_held and leaf not in inside
                 for name, at_ns in attempt.limits_due.items():
                     if (name == "goal" and leaf in self.loose) or (name == "server" and is_held):
                         continue

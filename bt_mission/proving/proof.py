@@ -338,7 +338,7 @@ def _proved(
     broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
     considered.discard("requirement")
-    moved = {"base", *(server.moves for server in environment.goal_servers)}
+    moved = {"base", *environment.moved_parts}
     considered -= {name for part, name in ONE_GOAL.items() if part not in moved}
     if never:
         considered.discard("dead_node")

@@ -16,6 +16,7 @@ from bt_mission.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 from bt_mission.goals.ledger import Ledger
+from bt_mission.goals.outcome import is_outcome
 from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.requirements.formula import Requirement, signals_in, walk
 from bt_mission.language.requirements.signals import SIGNALS
@@ -109,7 +110,7 @@ class RequirementMonitors:
         if name == "outcome":
             wanted = arguments[1]
             self._ended.update(dict.fromkeys(nodes))
-            return lambda: any(history.outcomes.get(node, "").startswith(wanted) for node in nodes)
+            return lambda: any(is_outcome(history.outcomes.get(node, ""), wanted) for node in nodes)
         status = STATUSES[name]
         self._read.update(dict.fromkeys(nodes))
         return lambda: any(

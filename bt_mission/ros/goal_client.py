@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
+from bt_mission.core.dds.action_servers import obstacle
 from bt_mission.core.listeners import Stream
 from bt_mission.executors.serving import ServingExecutor
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
@@ -85,6 +86,7 @@ class RosGoalClient(RosClient):
         listen: Called with the resolved name when a goal is sent; returns a reader of the reason of
             a rejection, empty if it is not known.
         exchanges: Emits each request when it is sent, and once more when it is answered.
+        allow_duplicates: Whether goals are sent also if the action has several servers.
 
     Raises:
         BtMissionError: When the type is not installed, or the action has another one.
@@ -97,6 +99,7 @@ class RosGoalClient(RosClient):
         type_name: str,
         listen: Callable[[str], Callable[[], str]],
         exchanges: Stream[Exchange],
+        allow_duplicates: bool = False,  # noqa: FBT001, FBT002 - the runtime passes it on
     ) -> None:
         self._listen = listen
         self._exchanges = exchanges
@@ -105,6 +108,7 @@ class RosGoalClient(RosClient):
         self._client: ActionClient = _Client(node, self._type, full)
         self._handles: dict[bytes, ClientGoalHandle] = {}
         self._is_closed = False
+        self._is_checked = allow_duplicates
 
     def close(self) -> None:
         """Destroy the action client; further calls do nothing."""
@@ -118,6 +122,17 @@ class RosGoalClient(RosClient):
         if isinstance(executor, ServingExecutor) and executor.offers(self.name):
             return True
         return bool(self._client.server_is_ready())
+
+    def obstacle(self) -> str:
+        """Return why the first goal should not be sent; empty if it can.
+
+        A process that was killed counts as a server until its lease is over.
+        """
+        if self._is_checked:
+            return ""
+        why = obstacle(self._node, self.name)
+        self._is_checked = not why and self.is_ready()
+        return why
 
     def send(self, goal: Goal, request: Any) -> None:
         """Send the goal with the UUID of its record."""

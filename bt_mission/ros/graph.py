@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
@@ -17,6 +17,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
+from bt_mission.core.dds.action_servers import duplicate_servers, qos_conflict, settled
 from bt_mission.core.dds.publishers import CLOCK, duplicate_publishers
 from bt_mission.core.errors import BtMissionError, callback_failure
 from bt_mission.core.goal_rate import MOST_WAITING
@@ -37,9 +38,6 @@ CLOCK_WAIT_S = 4.0
 standing time without a publisher before it counts as gone. Other participants of Fast DDS announce
 themselves every 3 s, so discovery may take that long.
 """
-
-SETTLE_S = 0.6
-"""Wall time after which the participants of a graph count as discovered: they answer at once."""
 
 LAST_ROUNDS = 20
 """Callbacks that may still run before the connection to a graph is closed."""
@@ -171,24 +169,34 @@ class GraphConnection:
             self._probe.destroy_node()
             self._probe = None
 
-    def refuse_duplicates(self, node: Node) -> None:
-        """Look whether several nodes publish the odometry or the clock that a mission goes by.
+    def refuse_conflicts(
+        self, node: Node, actions: Collection[str], *, allow_duplicates: bool = False
+    ) -> None:
+        """Look whether a mission can tell its robot, its clock and its servers from others.
 
         Args:
             node: The mission's, which is not served yet.
+            actions: Those that the mission uses.
+            allow_duplicates: Several nodes may publish the odometry and the clock, or serve an
+                action.
 
         Raises:
-            BtMissionError: With the topic, its publishers, and what to do.
+            BtMissionError: Several do, or the QoS of an action's server does not match; with their
+                names, and what to do.
         """
-        since = Stopwatch()
-        while (why := self.duplicates(node)) is None and since.elapsed_s < SETTLE_S:
+
+        def duplicates() -> str | None:
+            return duplicate_publishers(node) or duplicate_servers(node, actions)
+
+        def spin() -> None:
             self.executor.spin_once(timeout_sec=WAIT_S)
+
+        why = settled(lambda: None if allow_duplicates else duplicates(), spin)
         if why is not None:
             raise BtMissionError(why, code="BT-914")
-
-    def duplicates(self, node: Node) -> str | None:
-        """Return which of these topics has several publishers now, with advice, or None."""
-        return duplicate_publishers(node)
+        for action in actions:
+            if (conflict := qos_conflict(node, action)) is not None:
+                raise BtMissionError(conflict, code="BT-917")
 
     def host_quiet(self, name: str, namespace: str | None = None) -> Node:
         """Make and serve a node that only watches, until the connection is closed."""

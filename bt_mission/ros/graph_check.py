@@ -14,6 +14,7 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from bt_mission.core.dds.action_servers import SETTLE_S, duplicate_servers, qos_conflict
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
@@ -63,21 +64,27 @@ class NameFinding:
 
     Attributes:
         has_other_fields: Whether the fields of its type differ from those that are installed here.
+        conflict: Code and text of why an action should get no goal; empty if it can.
     """
 
     wanted: Wanted
     types: tuple[str, ...]
     hint: str | None = None
     has_other_fields: bool = False
+    conflict: tuple[str, str] = ("", "")
 
     @property
     def is_there(self) -> bool:
-        """Whether it exists, with the wanted type."""
-        return self.wanted.type in self.types and not self.has_other_fields
+        """Whether it exists, with the wanted type, and can be used."""
+        is_usable = not self.has_other_fields and not self.conflict[0]
+        return self.wanted.type in self.types and is_usable
 
     def diagnostic(self) -> Diagnostic:
         """Diagnostics, each at the node that needs the missing thing."""
         wanted, step = self.wanted, self.wanted.step
+        code, conflict = self.conflict
+        if code:
+            return Diagnostic(code, conflict, wanted.file, step.line, step.column)
         if self.has_other_fields:
             message = (
                 f"{wanted.name}: {wanted.type} has other fields in the graph than here, so no goal"
@@ -105,7 +112,9 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
         while True:
             names = _names_around(node, followed)
             findings = [_finding(interface, names, namespace) for interface in wanted]
-            if all(finding.is_there for finding in findings) or watch.elapsed_s > LOOK_S:
+            findings = [replace(each, conflict=_conflict(each.wanted, node)) for each in findings]
+            are_there = all(finding.is_there for finding in findings)
+            if watch.elapsed_s > (SETTLE_S if are_there else LOOK_S):
                 return [_with_fields(finding, node) for finding in findings]
             graph.executor.spin_once(timeout_sec=WAIT_S)
 
@@ -166,6 +175,15 @@ def _names_around(node: Node, followed: Sequence[str]) -> Names:
         "service": {name: tuple(types) for name, types in services},
         "topic": topics,
     }
+
+
+def _conflict(wanted: Wanted, node: Node) -> tuple[str, str]:
+    """Return code and text of why an action should get no goal; empty if it can."""
+    if wanted.what != "action":
+        return "", ""
+    duplicates = duplicate_servers(node, [wanted.name])
+    conflict = duplicates or qos_conflict(node, wanted.name)
+    return ("BT-914" if duplicates else "BT-917", conflict) if conflict else ("", "")
 
 
 def _with_fields(finding: NameFinding, node: Node) -> NameFinding:

@@ -65,11 +65,12 @@ class RunnerOptions:
             the UUIDs of earlier runs for a while.
         has_controls: Offer the topics and services for tools, below the name of the node.
         has_presence: Let servers notice when this process dies. They end its goals then.
-        why_rejected: Returns why an action, by its resolved name, rejected its last goal; None
-            takes what its server warns of on ``/rosout`` meanwhile.
+        why_rejected: Returns why an action, by its resolved name, rejected its last goal. None,
+            also as its result, takes what the server logs on ``/rosout`` meanwhile.
         signals: Gives the signals of requirements; None takes them from topics.
         read_revision: Reads the new version that another process sends (``~/revise``), for the
             running mission; None refuses it. :meth:`MissionRunner.revise` is always possible.
+        allow_duplicates: Send goals also to an action that has several servers.
     """
 
     say: Callable[[str], None] | None = None
@@ -77,9 +78,10 @@ class RunnerOptions:
     goal_seed: str | None = None
     has_controls: bool = True
     has_presence: bool = True
-    why_rejected: Callable[[str], str] | None = None
+    why_rejected: Callable[[str], str | None] | None = None
     signals: Callable[[Any], LiveSignals] | None = None
     read_revision: Callable[[Mission, Any], Mission] | None = None
+    allow_duplicates: bool = False
 
 
 class MissionRunner(MissionRuntime):
@@ -108,6 +110,7 @@ class MissionRunner(MissionRuntime):
         super().__init__(node, mission, options.goal_seed or secrets.token_hex(8), options.say)
         self.trace = options.trace or Trace()
         self._read_revision = options.read_revision
+        self._allow_duplicates = options.allow_duplicates
         self.revising: Stream[Mission] = Stream()
         """Emits each new version of the mission before its nodes are set up."""
         self._wall = Stopwatch()
@@ -116,12 +119,11 @@ class MissionRunner(MissionRuntime):
         self._waypoints: WaypointMarkers | None = None
         with ExitStack() as made:
             made.callback(self._close_clients)
-            if (why := options.why_rejected) is not None:
-                self._listen = lambda action: lambda: why(action)
-            else:
-                logs = ServerLogs(node)
-                made.callback(logs.close)
-                self._listen = logs.listen
+            self._why_rejected = options.why_rejected
+            self._logs = ServerLogs(node)
+            made.callback(self._logs.close)
+            if self._why_rejected is None:
+                self._logs.begin()  # before the clients of actions, so that servers know it first
             if options.has_controls:
                 self._claim_controls(made)
             if options.has_presence:
@@ -290,6 +292,13 @@ class MissionRunner(MissionRuntime):
                 self._release()
 
     # ---- inside --------------------------------------------------------------------------
+
+    @override
+    def _listen(self, action: str) -> Callable[[], str]:
+        why = self._why_rejected
+        if why is None or why(action) is None:
+            return self._logs.listen(action)
+        return lambda: why(action) or ""
 
     def _accept(self, mission: Mission) -> None:
         self.mission = mission

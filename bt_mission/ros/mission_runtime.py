@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any, TypeVar
@@ -61,7 +62,7 @@ class MissionRuntime:
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
         self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
-        self._listen: Callable[[str], Callable[[], str]]
+        self._allow_duplicates = False
 
     @property
     def is_done(self) -> bool:
@@ -109,7 +110,8 @@ class MissionRuntime:
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """Return the client of an action; there is one for each name and type."""
         full = self.node.resolve_topic_name(action)
-        return self._client(RosGoalClient, full, action, type_name, self._listen, self.exchanges)
+        more = (self._listen, self.exchanges, self._allow_duplicates)
+        return self._client(RosGoalClient, full, action, type_name, *more)
 
     def service_client(self, service: str, type_name: str) -> RosServiceClient:
         """Return the client of a service; there is one for each name and type."""
@@ -137,6 +139,10 @@ class MissionRuntime:
             self._clients[key] = kind(self.node, name, type_name, *more)
         client: _Client = self._clients[key]
         return client
+
+    @abstractmethod
+    def _listen(self, action: str) -> Callable[[], str]:
+        """Return a reader of why the server of an action rejects the goal that is sent now."""
 
     def _close_clients(self) -> None:
         while self._clients:

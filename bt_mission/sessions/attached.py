@@ -11,7 +11,9 @@ from pathlib import Path
 from rclpy.node import Node
 
 from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import GraphConnection, NodeOptions
 from bt_mission.ros.journal import open_journal, resumed_mission
 from bt_mission.ros.mission_node import MissionNode
@@ -27,7 +29,8 @@ class AttachedOptions:
     Attributes:
         namespace: The namespace of the robot whose servers to use.
         wall_clock: Use this machine's clock, without looking for ``/clock``.
-        allow_duplicates: Continue if several nodes publish the same odometry or clock.
+        allow_duplicates: Continue if several nodes publish the same odometry or clock, or serve
+            the same action.
         journal: The file of the journal.
         resume: Resume the mission of that journal, in its newest version.
         editable: Take new versions of the mission from other processes while it runs.
@@ -75,12 +78,20 @@ class AttachedSession(Session):
             if chosen.journal is not None and chosen.resume:
                 mission = resumed_mission(chosen.journal, mission)
             read = partial(read_revision, permissions=chosen.permissions)
-            runner = RunnerOptions(say=say, read_revision=read if chosen.editable else None)
+            runner = RunnerOptions(
+                say=say,
+                read_revision=read if chosen.editable else None,
+                allow_duplicates=chosen.allow_duplicates,
+            )
             self._node = MissionNode(mission, runner, node=node)
             self.runs = (Run.of(self._node.runner),)
             made.callback(self._node.destroy_node)
-            if not chosen.allow_duplicates:
-                self._graph.refuse_duplicates(self._node)
+            steps = all_steps(mission)
+            self._graph.refuse_conflicts(
+                self._node,
+                [step.ros_name for step in steps if isinstance(step, GoalNode)],
+                allow_duplicates=chosen.allow_duplicates,
+            )
             self._graph.host(self._node)
             if chosen.journal is not None:
                 journal = open_journal(chosen.journal, mission, self.runner, resume=chosen.resume)

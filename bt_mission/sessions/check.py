@@ -14,7 +14,7 @@ from functools import partial
 from typing import TypeAlias
 
 from bt_mission.core import files
-from bt_mission.core.actions import ActionName, declared, declared_as
+from bt_mission.core.actions import PARTS, declared_as
 from bt_mission.core.diagnostics import (
     Diagnostic,
     InputError,
@@ -25,7 +25,7 @@ from bt_mission.core.diagnostics import (
 )
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.action_names import BY_TYPE
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.checks.warnings import word_inputs
@@ -48,12 +48,6 @@ from bt_mission.sessions.goal_checks import (
 from bt_mission.sessions.load import Source, document_of
 from sim.world.loader import load_world
 from sim.world.world import World
-
-_BY_TYPE: Mapping[str, ActionName] = {
-    known.type: known
-    for known in (*(action.known for action in declared().values()), *ACTION_NAMES.values())
-}
-"""Actions by their types: what they need, and the part that they move."""
 
 
 @dataclass(frozen=True)
@@ -230,25 +224,26 @@ def _parallel_diagnostics(mission: Mission) -> Iterator[Diagnostic]:
                 continue
             movers: dict[Moved, list[NodeModel]] = defaultdict(list)
             for child in step.children:
-                for moved in set(map(_moved, reached(child, mission))):
+                for moved in {moved for step in reached(child, mission) for moved in _moved(step)}:
                     movers[moved].append(child)
             for (part, _), children in sorted(movers.items()):
-                if part and len(children) > 1:
+                if len(children) > 1:
                     message = (
-                        f"two branches of a parallel move the {part};"
-                        " the later goal ends the earlier"
+                        f"two branches of a parallel move the {part}: the later goal ends the "
+                        "earlier, or both move it"
                     )
                     yield tree.document.diagnostic(
                         "BT-239", children[1].path, message, severity="warning"
                     )
 
 
-def _moved(step: NodeModel) -> Moved:
-    """Return the part that a step moves, empty for none; of arms and grippers, with its server."""
-    known = _BY_TYPE.get(step.type) if isinstance(step, GoalNode) else None
-    if known is None or not isinstance(step, GoalNode):
-        return "", ""
-    return known.moves, step.ros_name.strip("/") if known.part else ""
+def _moved(step: NodeModel) -> list[Moved]:
+    """Return the parts that a step is known to move; of arms and grippers, with their server."""
+    if not isinstance(step, GoalNode):
+        return []
+    parts = step.known_parts or ()
+    server = step.ros_name.strip("/") if step.uses is None else ""
+    return [(part, server if part in PARTS else "") for part in parts]
 
 
 def has_camera(mission: Mission) -> bool:
@@ -290,7 +285,7 @@ def _optional_part(step: GoalNode, servers: ServerSettings | None) -> str:
 
     Arms and grippers of other servers are unknown here.
     """
-    known = _BY_TYPE.get(step.type)
+    known = BY_TYPE.get(step.type)
     if known is None:
         return ""
     if known.needs_camera:

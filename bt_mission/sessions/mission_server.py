@@ -334,6 +334,7 @@ class MissionServer(ValidClock, Node):
                     has_controls=False,
                     has_presence=not self._options.lean,
                     read_revision=self._read_revision if self._is_editable else None,
+                    allow_duplicates=not self._refuses_duplicates,
                 ),
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )

@@ -17,6 +17,7 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
+from bt_mission.core.dds.action_servers import duplicate_servers
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.robot.model import RobotModel, load_robot
@@ -29,7 +30,7 @@ from bt_mission.sessions.session import Session
 from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions, StageRun
-from bt_mission.virtual_time import VirtualTimeExecutor, self_test
+from bt_mission.virtual_time import DiscoveryError, VirtualTimeExecutor, self_test
 from sim.physics.simulator import SimulatorError
 from sim.physics.spawn import RobotSpawn, RobotSpawnError
 from sim.robot.fit import SpawnError
@@ -131,6 +132,9 @@ class Stage(Session):
             own.refuse_names_of((self.sim, *servers, *executives))
             for node in (*servers, *own.nodes, *executives):
                 self.clock.add_node(node)
+            for run in self.runs:
+                if (why := duplicate_servers(run.node, sorted(own.actions))) is not None:
+                    raise StageError(why, code="BT-914")
             self._exit = made.pop_all()
         self.world: str = world.name
         self.facts["world"] = world.name
@@ -286,7 +290,7 @@ class Stage(Session):
         self.is_stepping = True
         try:
             self.clock.step()
-        except SimulatorError:
+        except (SimulatorError, DiscoveryError):
             raise
         except Exception as error:  # noqa: BLE001 - callbacks are others', too
             self._end_by(error)

@@ -269,8 +269,9 @@ class StageRun(Run):
         if self.has_servers:
             self.servers.destroy_node()
 
-    def _why_rejected(self, action: str) -> str:
-        return self.servers.why_rejected(action)
+    def _why_rejected(self, action: str) -> str | None:
+        servers = self.servers
+        return servers.why_rejected(action) if action in servers.actions else None
 
     def _offer_for(self, mission: Mission) -> None:
         """Offer all actions if a revision uses others than the mission did at its start."""

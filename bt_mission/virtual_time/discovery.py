@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
 from rclpy.context import Context
@@ -18,14 +19,18 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
+from bt_mission.core.dds.action_servers import qos_conflict
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.wall_clock import Stopwatch
 
-ATTEMPTS = 5_000
+WAIT_S = 5.0
+"""Wall time after which endpoints that belong together must be matched."""
+
 PAUSE_NS = 1_000_000
 
 
 class DiscoveryError(BtMissionError):
-    """Endpoints of this process were not matched."""
+    """Endpoints of this process were not matched, or cannot be."""
 
     code = "BT-902"
 
@@ -34,13 +39,17 @@ def wait_for_matching(nodes: Sequence[Node]) -> None:
     """Return when all endpoints of ``nodes`` that belong together are matched.
 
     Raises:
-        DiscoveryError: When some are not after about five seconds.
+        DiscoveryError: When some are not after five seconds of wall time; at once where the QoS of
+            an action does not match.
     """
     if next(unmatched(nodes), None) is None:
         return
-    context = nodes[0].context
-    for _ in range(ATTEMPTS):
-        pause(context)
+    why = next(chain.from_iterable(map(_conflicts, nodes)), None)
+    if why is not None:
+        raise DiscoveryError(why, code="BT-917")
+    since = Stopwatch()
+    while since.elapsed_s < WAIT_S:
+        pause(nodes[0].context)
         if next(unmatched(nodes), None) is None:
             return
     missing = ", ".join(sorted(set(unmatched(nodes))))
@@ -101,6 +110,15 @@ def _unmatched_services(nodes: Sequence[Node]) -> Iterator[str]:
         for client in node.clients:
             if client.handle.service_name in names and not client.service_is_ready():
                 yield f"client of {client.handle.service_name}"
+
+
+def _conflicts(node: Node) -> Iterator[str]:
+    """Yield the actions whose server the clients of a node cannot hear."""
+    for waitable in node.waitables:
+        if isinstance(waitable, ActionClient):
+            why = qos_conflict(node, waitable._action_name)
+            if why is not None:
+                yield why
 
 
 def _unmatched_actions(nodes: Sequence[Node]) -> Iterator[str]:

@@ -121,7 +121,7 @@ CASES = {
     ),
     "a reactive sequence starts an action anew that has ended": Case(
         "sequence: [<a>, <b>]\n  memory: false",
-        [("", "RRI"), ("a+", "RSR"), ("", "RRI"), ("a+", "RSR")],
+        [("", "RRI"), ("a+", "RSR"), ("", "RRI"), ("", "RRI"), ("a+", "RSR")],
         cancels="b",
     ),
     "a fallback goes on in the tick in which a child fails": Case(

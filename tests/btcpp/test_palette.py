@@ -23,6 +23,7 @@ def test_the_palette_has_every_leaf_with_its_ports():
         '<input_port name="acceptance_timeout"/>',
         '<input_port name="feedback_timeout"/>',
         '<input_port name="cancel_timeout"/>',
+        '<input_port name="uses"/>',
         '<output_port name="out_angle_turned" type="double"/>',
         '<output_port name="out_error_code" type="int"/>',
         '<output_port name="out_error_msg" type="std::string"/>',

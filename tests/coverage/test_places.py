@@ -17,7 +17,7 @@ ALWAYS = [
     "no answer to the goal",
     "server lost",
 ]
-CANCELS = ["cancel refused", "unconfirmed"]
+CANCELS = ["succeeded late", "cancel refused", "unconfirmed"]
 
 
 def there(tree: str, head: str = "") -> dict[str, CoveragePlace]:

@@ -90,7 +90,7 @@ def test_no_goal_goes_to_another_server_before_the_cancelled_one_has_ended(start
     assert names(revision.gone) == ["left", "right"]
     run.tick(4)
     assert run.servers["/other"].goals == []
-    assert run.root.children[0].feedback_message == "waiting for goals before the revision to end"
+    assert run.root.children[0].feedback_message == "waiting for /turn of 'left' to free the base"
     run.turn.cancel()
     run.tick(2)
     assert len(run.servers["/other"].goals) == 1

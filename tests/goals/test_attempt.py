@@ -210,15 +210,36 @@ def test_condition_on_feedback(server: Any) -> None:
     assert run.reason == "over 2 m"
 
 
-def test_success_in_the_race_with_a_cancel_is_success(server: Any) -> None:
-    """A server may finish while the cancel is on its way; its status is what counts."""
-    run = Run(server, condition=lambda f: "met")
+@pytest.mark.parametrize("refuses", ["", "refuses"])
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        ({"condition": lambda _: "met"}, "after its cancel condition was met (met)"),
+        ({"goal": 2.0}, "after its timeout of 2 s"),
+        ({"silence": 2.0}, "after 2 s without feedback"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("ends", "outcome"),
+    [("succeed", Outcome.SUCCEEDED_LATE), ("abort", Outcome.ABORTED)],
+)
+def test_an_end_after_the_cancel_names_what_came_before(
+    server: Any, ends: str, outcome: Outcome, limits: dict[str, Any], why: str, refuses: str
+) -> None:
+    """The server may accept the cancel or not; a success after it is an outcome of its own."""
+    run = Run(server, **limits)
     accepted(run, server)
-    server.feed(1)
-    run.tick()
-    server.refuse_cancel()
-    server.succeed()
-    assert run.tick() is Outcome.SUCCEEDED
+    if "condition" in limits:
+        server.feed(1)
+    assert run.tick(2.0) is None
+    assert server.cancels == [server.goal]
+    if refuses:
+        server.refuse_cancel()
+    status = GoalStatus.SUCCEEDED if ends == "succeed" else GoalStatus.ABORTED
+    server.goal.on_result(status, None)
+    assert run.tick() is outcome
+    after = ", 2.05 s after its acceptance" if ends == "succeed" else ""
+    assert run.reason == f"/turn{',' if ends == 'abort' else ' succeeded'} {why}{after}"
 
 
 def test_cancel_refused(server: Any) -> None:
@@ -318,14 +339,19 @@ def test_a_late_result_does_not_reach_the_next_attempt(server: Any) -> None:
     assert second.poll(first.now + 3 * TICK) is None
 
 
-def test_an_earlier_goal_that_never_ends_is_the_reason_given(server: Any) -> None:
-    """Waiting behind an old goal is bounded by the server limit and said in words."""
+def test_an_earlier_goal_that_never_ends_is_awaited_until_it_is_given_up(server: Any) -> None:
+    """The limit of the wait for the server begins after that."""
     ledger = Ledger(seed=1, grace_ns=60 * S)
     old = ledger.send(server, "old", {}, S)
     server.accept()
     ledger.release_goal(old, S)
     attempt = Attempt(server, ledger, "new", {}, Limits(), S)
-    ending = attempt.poll(6 * S)
+    assert attempt.poll(61 * S) is None
+    assert (attempt.stage, attempt.limits_due) == ("waiting for /turn of 'old' to end", {})
+    ledger.update(61 * S)
+    server.ready = False
+    assert attempt.poll(62 * S) is None
+    assert attempt.limits_due == {"server": 66 * S}
+    ending = attempt.poll(66 * S)
     assert ending is not None
-    assert ending.outcome is Outcome.NO_SERVER
-    assert ending.reason == "/turn: an earlier goal there has not ended after 5 s"
+    assert ending.reason == "/turn: no server after 5 s"

@@ -167,8 +167,9 @@ def test_a_server_without_memory_has_lost_the_goal(server: Any, record: Record) 
 def test_the_words_of_a_rejection_are_waited_for_a_second(server: Any, record: Record) -> None:
     """They come another way than the answer."""
     words: list[str] = []
-    goal = opened(server, record, why_rejected=lambda: "".join(words))
+    goal = opened(server, record)
     goal.poll(0)
+    server.goal.refusal = lambda: "".join(words)
     server.reject()
     assert goal.poll(S // 2) is None
     words.append("too fast")

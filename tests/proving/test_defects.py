@@ -65,11 +65,35 @@ tree:
       succeed_when: any
     - {TURN}
 """
+STOPPING = f"""\
+tree:
+  sequence:
+    - parallel:
+        - {{move: {{secs: 1, linear_velocity: 0.1}}, timeout: 9, cancel_timeout: 20}}
+        - wait: 3
+      succeed_when: any
+    - timeout: 5
+      do: {TURN}
+"""
+PREFERRED = f"""\
+follow:
+  - {{topic: motors_on, type: std_msgs/msg/Bool, field: data, as: ready, initial: false}}
+tree:
+  timeout: 5
+  do:
+    fallback:
+      - sequence:
+          - check: ready
+          - {TURN}
+      - {{move: {{secs: 1, linear_velocity: 0.1}}, timeout: 9, cancel_timeout: 20}}
+    memory: false
+"""
 AGAIN = """\
 tree:
   fallback:
     - {turn: {angle: 90}, timeout: 9, name: first}
-    - {turn: {angle: 45}, timeout: 9, server_timeout: 1, name: second}
+    - timeout: 1
+      do: {turn: {angle: 45}, timeout: 9, name: second}
 """
 TOLD = """\
 tree:
@@ -193,9 +217,25 @@ EXECUTIVE_DEFECTS = [
         "a goal is sent beside one that has not ended",
         "one_goal_at_the_base",
         AGAIN,
-        instead(Ledger, "has_orphan_at", lambda *_: False),
+        instead(Ledger, "awaited", lambda *_: ""),
         2,
         only("late", "refuse_cancel"),
+    ),
+    ExecutiveDefect(
+        "a goal is sent while a halted one of another server is ending",
+        "one_goal_at_the_base",
+        STOPPING,
+        instead(Ledger, "awaited", lambda *_: ""),
+        1,
+        only("refuse_cancel"),
+    ),
+    ExecutiveDefect(
+        "a goal is sent before the cancel of the goal that it halts",
+        "one_goal_at_the_base",
+        PREFERRED,
+        instead(ActionLeaf, "_halted_goals", lambda _: iter(())),
+        1,
+        only("refuse_cancel"),
     ),
     ExecutiveDefect(
         "a limit of a goal is not checked",

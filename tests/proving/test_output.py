@@ -35,9 +35,9 @@ def test_the_outcomes_of_usual_runs_are_ticked_off() -> None:
         "    ¶ log  · success",
         "    ¶ log  · success",
         "tree turn:",
-        f"  ▶ turn  ✓ succeeded  · aborted  · rejected  · canceled by timeout  {BY_OTHER}",
-        "      · server not available  · no answer to the goal  · server lost  · cancel refused",
-        "      · unconfirmed",
+        "  ▶ turn  ✓ succeeded  · succeeded late  · aborted  · rejected  · canceled by timeout",
+        f"      {BY_OTHER}  · server not available  · no answer to the goal  · server lost",
+        "      · cancel refused  · unconfirmed",
     ]
 
 

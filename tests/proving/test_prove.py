@@ -43,7 +43,7 @@ def test_the_exploration_finds_what_plain_enumeration_finds(seed: int) -> None:
     assert explored(mission, 1) == enumerated(mission, 1, most=10_000)
 
 
-STATES = (18, 66, 4, 73, 21, 41, 20, 5, 49, 3, 12, 11, 56, 33, 5, 1, 21, 24, 13, 16)
+STATES = (18, 66, 4, 73, 21, 41, 20, 5, 49, 3, 12, 11, 56, 33, 5, 1, 30, 24, 13, 16)
 """The states of the small missions with seeds that 3 does not divide. A state that is merged
 wrongly, or not merged, changes a count."""
 
@@ -57,7 +57,7 @@ def test_small_missions_have_their_number_of_states() -> None:
 
 @pytest.mark.parametrize(
     ("name", "faults", "states", "ends"),
-    [("patrol", 2, 31, 10), ("square", 2, 162, 19), ("explore", 1, 405, 18)],
+    [("patrol", 2, 32, 11), ("square", 2, 165, 22), ("explore", 1, 352, 18)],
 )
 def test_shipped_missions_have_their_number_of_states(
     name: str, faults: int, states: int, ends: int

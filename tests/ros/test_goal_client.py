@@ -11,6 +11,7 @@ import pytest
 from action_msgs.msg import GoalStatusArray
 from bt_mission_interfaces.action import Turn
 from rcl_interfaces.msg import Log
+from rclpy.action import ActionServer
 from rclpy.serialization import serialize_message
 
 from bt_mission.ros.graph import LATCHED
@@ -25,10 +26,14 @@ tree:
 
 
 @pytest.fixture
-def warn(ros: Any) -> Callable[[str, str], None]:
-    """Somebody warns."""
+def warn(ros: Any) -> Callable[..., None]:
+    """Somebody warns, or logs something else."""
     publisher = ros.client.create_publisher(Log, "/rosout", 10)
-    return lambda name, text: publisher.publish(Log(level=Log.WARN, name=name, msg=text))
+
+    def log(name: str, text: str, level: int = Log.WARN) -> None:
+        publisher.publish(Log(level=level, name=name, msg=text))
+
+    return log
 
 
 def test_the_reason_reaches_the_leaf(ros: Any, warn: Callable[[str, str], None]) -> None:
@@ -64,6 +69,40 @@ def test_words_of_before_the_goal_do_not_count(ros: Any, warn: Callable[[str, st
     server.goal.reject()
     ros.until(lambda: node.is_done)
     assert node.executive.reason == "'turn' rejected: /turn: its server gave no reason"
+
+
+def test_a_line_that_is_no_warning_is_marked(ros: Any, warn: Callable[..., None]) -> None:
+    """A warning takes precedence; lines of others do not count."""
+    server, node = ros.turning(LOOP, accepts=None)
+    for name, text in (("turn_server", "battery low"), ("other", "hello")):
+        warn(name, text, Log.INFO)
+    server.goal.reject()
+    ros.until(lambda: len(server.goals) == 2)
+    warn("turn_server", "not today")
+    warn("turn_server", "battery low", Log.INFO)
+    server.goal.reject()
+    ros.until(lambda: node.is_done)
+    rejected = [change.message for change in ros.changes if "rejected" in change.message]
+    assert rejected == ["rejected: /turn: logged 'battery low'", "rejected: /turn: not today"]
+
+
+def test_an_action_with_two_servers_gets_no_goal(ros: Any) -> None:
+    """Both are named. One of them may be the rest of a process that was killed."""
+    first, second = ros.server(), ros.server("other")
+    other = ActionServer(second.node, Turn, "turn", lambda _: None)
+    node = ros.mission(LOOP)
+    ros.until(lambda: len(ros.changes) > 2)
+    assert (
+        "server not available: /turn has 2 servers (/other_server, /turn_server): each of them "
+        "runs every goal; stop one, or give each its own namespace or ROS_DOMAIN_ID (a killed "
+        "process is listed for up to 20 s) after 5 s"
+    ) in [change.message for change in ros.changes]
+    assert node.executive.goals_sent == 0
+    other.destroy()
+    ros.until(lambda: first.goals)
+    first.goal.succeed()
+    ros.until(lambda: node.is_done)
+    assert node.executive.reason == ""
 
 
 def spoilt(rng: random.Random, data: bytes) -> bytes:

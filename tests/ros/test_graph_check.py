@@ -11,6 +11,7 @@ from bt_mission_interfaces.action import Turn
 from rclpy.action import ActionServer
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
@@ -71,6 +72,32 @@ def test_each_name_is_found_or_missing_or_of_another_type() -> None:
         ),
         "m.yaml:10:7: error: no service /spot in the graph [BT-510]",
     ]
+
+
+@pytest.mark.usefixtures("robot")
+def test_servers_that_get_no_goal_are_named() -> None:
+    """A second one of an action, and one whose feedback no client receives."""
+    context = Context()
+    rclpy.init(context=context)
+    node = Node("more", context=context, namespace="robot1", enable_rosout=False)
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    servers = [
+        ActionServer(node, Turn, "turn", lambda _: None),
+        ActionServer(node, Turn, "dock", lambda _: None, status_pub_qos_profile=best_effort),
+    ]
+    dock = "action: {name: dock, type: bt_mission_interfaces/action/Turn, goal: {angle: 9}}"
+    text = f"mission: m\ntree:\n  sequence:\n    - turn: {{angle: 9}}\n    - {dock}\n"
+    found = [each.diagnostic() for each in graph_check.find_missing(load(text), "robot1")]
+    for server in servers:
+        server.destroy()
+    node.destroy_node()
+    context.shutdown()
+    assert [(each.code, each.line) for each in found] == [("BT-914", 4), ("BT-917", 5)]
+    assert "/robot1/turn has 2 servers (/robot1/more, /robot1/servers)" in found[0].message
+    assert (
+        "/robot1/dock: its server /robot1/more publishes status with best effort and volatile, an "
+        "action client needs reliable and transient local"
+    ) in found[1].message
 
 
 @pytest.mark.usefixtures("robot")

@@ -15,6 +15,9 @@ from bt_mission.testing import Stages
 
 HEAD = "scenario: s\nmission:\n  mission: m\n  tree: {TREE}\nexpect: {outcome: any, EXPECT}\n"
 TURN = "turn: {angle: 90}, timeout: 5, outputs: {angle_turned: angle}"
+LATE = (
+    "'turn' succeeded late: /turn succeeded after its timeout of 5 s, {:g} s after its acceptance"
+)
 LOST = "; orphaned goals: /turn goal a93875fe of 'turn' (lost)"
 
 
@@ -49,8 +52,9 @@ def outcome(servers: str, tree: str = TURN, expect: str = "orphaned_goals: any")
             "'turn' canceled by another client: /turn: somebody else cancelled",
         ),
         ("{end: never}", 5.15, "'turn' canceled by timeout: not done within 5 s"),
-        ("{end: never, cancel: succeed}", 5.15, ""),
-        ("{end: never, cancel: abort}", 5.15, "'turn' aborted: /turn"),
+        ("{end: never, cancel: succeed}", 5.15, LATE.format(5.05)),
+        ("{cancel: ignore, after: 7}", 7.05, LATE.format(6.95)),
+        ("{end: never, cancel: abort}", 5.15, "'turn' aborted: /turn, after its timeout of 5 s"),
         (
             "{end: never, cancel: ignore}",
             11.1,

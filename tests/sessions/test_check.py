@@ -38,7 +38,20 @@ def test_two_branches_that_move_the_base_are_warned_of():
     assert first_lines(text) == []
     more = text + "    - sequence: [{camera_sweep: {sweep_angle: 9, image_count: 1}, timeout: 9}]\n"
     (result,) = first_lines(more)
-    assert result.startswith("m.yaml:6:7: warning: two branches of a parallel move the base; the ")
+    assert result.startswith("m.yaml:6:7: warning: two branches of a parallel move the base: the ")
+
+
+@pytest.mark.parametrize(
+    ("uses", "part"), [("", ""), ("base", "base"), ("[arm, base]", "base"), ("[]", ""), ("arm", "")]
+)
+def test_branches_with_actions_of_others_are_compared_by_what_they_use(uses, part):
+    """What is not declared is not known, so it is not warned of."""
+    dock = "{action: {name: /dock, type: test_msgs/action/Fibonacci, goal: {order: 1}}, timeout: 9"
+    text = "mission: m\ntree:\n  parallel:\n    - {turn: {angle: 9}, timeout: 9}\n"
+    text += f"    - {dock}{uses and f', uses: {uses}'}}}\n"
+    warned = [line for line in first_lines(text) if "two branches" in line]
+    assert len(warned) == bool(part)
+    assert all(f"move the {part}: the later" in line for line in warned)
 
 
 def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):

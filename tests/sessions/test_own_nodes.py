@@ -106,6 +106,65 @@ def test_an_own_server_replaces_ours(tmp_path: Path) -> None:
     assert ran(load(written(tmp_path)), tmp_path).status == "failure"
 
 
+TWO_SERVERS = """\
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+def make(name, options, **qos):
+    node = Node(name, **options)
+    node.server = ActionServer(node, Turn, "turn", lambda _: None, **qos)
+    return node
+
+def first(**options):
+    return make("first", options)
+
+def second(**options):
+    return make("second", options)
+
+def muffled(**options):
+    qos = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    return make("muffled", options, feedback_pub_qos_profile=qos)
+"""
+
+
+@pytest.mark.parametrize(
+    ("nodes", "words"),
+    [
+        ("server.py:first, server.py:second", "/turn has 2 servers (/first, /second): each of "),
+        ("server.py:muffled", "/turn: its server /muffled publishes feedback with best effort "),
+    ],
+)
+def test_own_servers_that_can_get_no_goal_are_named(tmp_path: Path, nodes: str, words: str) -> None:
+    """At once, instead of a mission that waits."""
+    mission = load(written(tmp_path, nodes, TWO_SERVERS))
+    assert refused(lambda: ran(mission, tmp_path)).startswith(words)
+
+
+REJECTS = (
+    TURN_SERVER.replace(
+        'ActionServer(self, Turn, "turn", self.turn)',
+        'ActionServer(self, Turn, "turn", self.turn, goal_callback=self.refuse)',
+    )
+    + """
+    def refuse(self, _):
+        self.get_logger().{level}("battery at 7%")
+        return 1
+"""
+)
+
+
+@pytest.mark.parametrize(
+    ("level", "words"), [("warning", "battery at 7%"), ("info", "logged 'battery at 7%'")]
+)
+def test_an_own_server_says_why_it_rejects(tmp_path: Path, level: str, words: str) -> None:
+    """By its log; for its first goal, too."""
+    mission = load(written(tmp_path, "server.py:TurnServer", REJECTS.replace("{level}", level)))
+    report = ran(mission, tmp_path)
+    assert report.reason == f"'turn' rejected: /turn: {words}"
+
+
 def test_timers_of_an_own_node_are_on_the_clock_of_the_stage(tmp_path: Path) -> None:
     """Whatever its parameter `use_sim_time` says."""
     times = []

@@ -21,7 +21,7 @@ FOLDER = ROOT / "missions" / "sources"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
 WARNINGS = {
     "new_goal_replaces": [
-        "two branches of a parallel move the base; the later goal ends the earlier"
+        "two branches of a parallel move the base: the later goal ends the earlier, or both move it"
     ],
     "rejected_goal": [
         (

@@ -7,6 +7,9 @@ from typing import Any
 
 import pytest
 import rclpy
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionClient, ActionServer
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
@@ -250,10 +253,24 @@ def test_endpoints_that_come_a_little_later_are_waited_for(
     assert len(looks) == 5
 
 
+def test_an_action_that_no_client_can_hear_is_named_at_once(
+    rig: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With both QoS; there is nothing to wait for."""
+    server = rig.node("muffled")
+    best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    ActionServer(server, Turn, "turn", lambda _: None, feedback_pub_qos_profile=best_effort)
+    ActionClient(rig.node("client"), Turn, "turn")
+    monkeypatch.setattr(discovery, "pause", lambda _: pytest.fail("it waits"))
+    words = "feedback with best effort and volatile, an action client needs reliable and volatile"
+    with pytest.raises(DiscoveryError, match=f"/turn: its server /muffled publishes {words}"):
+        step_for_ever(rig.clock)
+
+
 def test_endpoints_that_never_come_are_named(rig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """With what to do."""
     node = rig.node("a")
-    monkeypatch.setattr(discovery, "ATTEMPTS", 3)
+    monkeypatch.setattr(discovery, "WAIT_S", 0.0)
     monkeypatch.setattr(discovery, "unmatched", lambda _: iter(["publisher of /never"]))
     with pytest.raises(DiscoveryError, match="publisher of /never; run `bt-mission doctor`"):
         discovery.wait_for_matching([node])

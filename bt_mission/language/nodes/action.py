@@ -9,7 +9,7 @@ from pydantic import Field, PlainValidator, create_model
 from typing_extensions import override
 
 from bt_mission.core.actions import ActionName
-from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.action_names import ACTION_NAMES, BY_TYPE
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import base, fields
 from bt_mission.language.nodes.interfaces import InterfaceNode
@@ -20,7 +20,8 @@ class GoalNode(InterfaceNode, base.OutputsNode):
 
     # `timeout` bounds the whole goal, `feedback_timeout` the time without feedback. `cancel_when`
     # is asked on every feedback; the node then ends as `on_cancel` says. `outputs` takes fields
-    # of the result, also of a goal that was cancelled or aborted, provided a result came.
+    # of the result, also of a goal that was cancelled or aborted, provided a result came. `uses`
+    # says which parts of the robot the goal moves.
     kind: ClassVar[str] = "action"
     sign: ClassVar[base.Sign] = base.Sign("▶", ">", "action", base.Family.ACTION)
     interface: ClassVar[Literal["action", "service", "topic"]] = "action"
@@ -34,6 +35,21 @@ class GoalNode(InterfaceNode, base.OutputsNode):
     acceptance_timeout: fields.FixedLimit | None = None
     feedback_timeout: fields.Limit = None
     cancel_timeout: fields.FixedLimit | None = None
+    uses: fields.MovedParts = None
+
+    @property
+    def known_parts(self) -> frozenset[str] | None:
+        """The parts of the robot that the goal moves; None of an unknown action."""
+        if self.uses is not None:
+            return frozenset(self.uses)
+        known = BY_TYPE.get(self.type)
+        return None if known is None else frozenset(filter(None, (known.moves,)))
+
+    @property
+    def moved_parts(self) -> frozenset[str]:
+        """The parts of the robot that the goal moves; an unknown action may move the base."""
+        known = self.known_parts
+        return frozenset(("base",)) if known is None else known
 
     @override
     def completed(self, reading: base.Reading) -> Self:

@@ -12,7 +12,8 @@ from typing import Annotated, Any, TypeVar, cast
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from bt_mission.core.diagnostics import describe
+from bt_mission.core.actions import MOVED
+from bt_mission.core.diagnostics import describe, did_you_mean, listed
 from bt_mission.core.units import converted
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.expressions.parser import RESERVED, parse
@@ -272,6 +273,17 @@ def input_value(value: Any) -> Any:
     return value
 
 
+def moved_parts(value: Any) -> tuple[str, ...]:
+    """Return the parts of the robot that a goal moves: one, a list, or an empty list."""
+    parts = value if isinstance(value, list) else [value]
+    for part in parts:
+        if part not in MOVED:
+            hint = did_you_mean(part, MOVED) if isinstance(part, str) else None
+            message = f"expected {listed(MOVED)}, a list of these, or [], got {describe(part)}"
+            raise refusal(message, hint, code="BT-303")
+    return tuple(parts)
+
+
 def place(value: Any) -> Any:
     """Return a place on the map: x (m), y (m) and yaw (deg), as a list or by their names."""
     axes = {"x": "m", "y": "m", "yaw": "deg"}
@@ -389,4 +401,16 @@ InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
 Place = Annotated[Any, PlainValidator(place), WithJsonSchema({"type": ["array", "object"]})]
 GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
 Goal = dict[str, GoalPart]
+MovedParts = Annotated[
+    Any,
+    PlainValidator(moved_parts),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"enum": list(MOVED)},
+                {"type": "array", "items": {"enum": list(MOVED)}},
+            ]
+        }
+    ),
+]
 Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable)]

@@ -9,7 +9,7 @@ from typing import Literal
 
 from bt_mission.core.actions import GOALS_AT
 from bt_mission.core.units import Dimension
-from bt_mission.goals.outcome import Outcome
+from bt_mission.goals.outcome import CANCELED, Outcome
 from bt_mission.language.expressions.values import Type
 
 Knows = Literal["simulator", "odometry", "topic", "mission"]
@@ -139,7 +139,7 @@ SIGNALS: Mapping[str, Signal] = {
 """Every signal by its name; `$name` is a variable of the mission besides."""
 
 OUTCOME = "outcome"
-OUTCOMES = ("canceled", *(str(outcome) for outcome in Outcome))
+OUTCOMES = (CANCELED, *(str(outcome) for outcome in Outcome))
 """What the outcome of a goal is compared with; `canceled` is any of those that begin with it."""
 
 ENDS_WITH_MISSION = frozenset(
