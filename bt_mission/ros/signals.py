@@ -19,6 +19,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import Event, NodeChanged, TreeRevised
+from bt_mission.goals.outcome import is_outcome
 from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
@@ -139,7 +140,7 @@ class NodeOutcomes:
 
     def is_any(self, nodes: Iterable[Any], outcome: str) -> bool:
         """Return whether the goal of one of these nodes had this outcome."""
-        return any(self._ended.get(node, "").startswith(outcome) for node in nodes)
+        return any(is_outcome(self._ended.get(node, ""), outcome) for node in nodes)
 
 
 class LiveSignals:
@@ -166,6 +167,7 @@ class LiveSignals:
         self._executive.events.subscribe(self._take)
 
     def _name_nodes(self) -> None:
+        self._nodes = self._executive.nodes
         for nodes in self._named.values():
             nodes.clear()
         for node in self._executive.nodes:
@@ -247,9 +249,7 @@ class LiveSignals:
 
     def _take(self, event: Event) -> None:
         if isinstance(event, TreeRevised):
-            self._name_nodes()
-            self._status = {node: node.status for node in self._executive.nodes}
-            self._changes += 1
+            self._revise(event)
         if not isinstance(event, NodeChanged):
             return
         node = self._executive.nodes[event.node]
@@ -260,6 +260,24 @@ class LiveSignals:
             ending = None if attempt is None else attempt.ending
             outcome = "" if ending is None else str(ending.outcome)
             self._outcomes.note(node, event.status, outcome)
+        self._changes += 1
+
+    def _revise(self, event: TreeRevised) -> None:
+        """Continue with the nodes of another tree; those that the earlier one had keep theirs."""
+        before, known, seen = self._nodes, self._status, dict(self._seen)
+        self._name_nodes()
+        self._status = {node: node.status for node in self._nodes}
+        self._seen.clear()
+        now = {
+            before[index]: node
+            for node, index in zip(self._nodes, event.kept, strict=True)
+            if index >= 0
+        }
+        for old, node in now.items():
+            self._status[node] = known[old]
+            if old in seen:
+                self._seen[node] = seen[old]
+        self._outcomes.move(now)
         self._changes += 1
 
     def _time(self) -> float:

@@ -159,7 +159,12 @@ def test_a_recording_has_the_tree_of_each_time(tmp_path: Path) -> None:
     assert "move" in run.files["revision_1/<text>"]
     assert [node.name for node in run.tree] == ["m", "log", "left", "move", "pause"]
     assert [len(spans) for spans in run.spans] == [1, 0, 1, 1, 1]
-    seeker = TimelineSeeker(read_timeline(tmp_path / "1.mcap"))
+    timeline = read_timeline(tmp_path / "1.mcap")
+    starts_ns = {key[1:]: times_ns for key, times_ns in timeline.starts_ns.items()}
+    assert starts_ns.keys() == {(0, 0), (0, 1), (0, 2), (1, 0), (1, 2), (1, 3), (1, 4)}
+    for first, second in ((0, 0), (1, 2), (2, 4)):
+        assert starts_ns[0, first] == starts_ns[1, second], "of one node in both trees"
+    seeker = TimelineSeeker(timeline)
     before = seeker.seek(1_900_000_000).tree
     after = seeker.seek(2_100_000_000)
     assert before is not None

@@ -83,3 +83,60 @@ def test_the_outcome_of_a_leaf_is_that_of_its_newest_goal() -> None:
     run.executive.events.emit(NodeChanged(1, 0, Status.RUNNING, ""))
     signals.forget()
     assert not aborted()
+
+
+ROUND = """\
+  sequence:
+    - repeat: {count: 2}
+      do: {turn: {angle: 90}, name: first, timeout: 9}
+    - {turn: {angle: 45}, name: second, timeout: 9}
+"""
+
+
+def test_what_has_ended_stays_known_after_a_revision(play: Callable[..., Any]) -> None:
+    """Outcomes and statuses are those of the same nodes, wherever they stand in the new tree."""
+    played = play(ROUND)
+    signals = LiveSignals(SimpleNamespace(executive=played.executive))  # type: ignore[arg-type]
+
+    def seen() -> dict[str, bool]:
+        kinds = [("outcome", name, word) for name in ("first", "second") for word in OUTCOMES_SEEN]
+        asked = [*kinds, ("succeeded", "first"), ("running", "second"), ("succeeded", "second")]
+        readers = {words: signals.reader(SignalValue(0, words[0], words[1:])) for words in asked}
+        return {" ".join(words): read() for words, read in readers.items() if read()}  # type: ignore[operator]
+
+    for _ in range(2):
+        played.tick()
+        played.turn.accept()
+        played.tick()
+        played.turn.succeed()
+        played.tick()
+    signals.forget()
+    known = {"outcome first succeeded": True, "succeeded first": True, "running second": True}
+    assert seen() == known
+    played.revise(
+        "mission: test\ntree:\n" + ROUND.replace("sequence:", "sequence:\n    - log: new")
+    )
+    assert [node.name for node in played.executive.nodes][1] == "log"
+    signals.forget()
+    assert seen() == known
+    played.turn.accept()
+    played.turn.abort()
+    played.tick()
+    assert seen()["outcome second aborted"]
+
+
+OUTCOMES_SEEN = ("succeeded", "aborted", "canceled")
+
+
+def test_a_late_success_is_no_success(play: Callable[..., Any]) -> None:
+    """`outcome("first") == "succeeded"` does not hold; "canceled" stands for several outcomes."""
+    played = play(ROUND.replace("timeout: 9", "timeout: 1"))
+    signals = LiveSignals(SimpleNamespace(executive=played.executive))  # type: ignore[arg-type]
+    words = (*OUTCOMES_SEEN, "succeeded late", "canceled by timeout")
+    readers = [signals.reader(SignalValue(0, "outcome", ("first", word))) for word in words]
+    played.tick()
+    played.turn.accept()
+    played.tick(22)
+    played.turn.succeed()
+    played.tick()
+    assert [read() for read in readers] == [False, False, False, True, False]  # type: ignore[operator]

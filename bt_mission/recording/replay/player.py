@@ -182,7 +182,7 @@ class Player:
         tree = self.mission.tree
         if tree is None:
             return False
-        starts_ns = self.timeline.starts_ns.get((tree.run, node), ())
+        starts_ns = self.timeline.starts_ns.get((tree.run, tree.revision, node), ())
         return self._stay(beside(starts_ns, self.time_ns, steps))
 
     def skip(self, seconds: float) -> None:

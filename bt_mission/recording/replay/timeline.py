@@ -7,6 +7,7 @@ newest of an instant is needed.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -61,8 +62,8 @@ class Timeline:
     why_cut: str
     changes_ns: tuple[int, ...] = field(repr=False)
     """When the tree changes."""
-    starts_ns: Mapping[tuple[str, int], tuple[int, ...]] = field(repr=False)
-    """When the node of a run, by its index, has begun to run."""
+    starts_ns: Mapping[tuple[str, int, int], tuple[int, ...]] = field(repr=False)
+    """When the node of a run, by a revision and its index there, has begun to run."""
     missing: str = ""
     robots: tuple[str, ...] = ()
     """The names of the robots whose missions are in the file."""
@@ -242,9 +243,16 @@ def _rank(frame: Frame) -> int:
 
 def _starts(
     happened: Iterable[tuple[int, str, events.Event]],
-) -> dict[tuple[str, int], tuple[int, ...]]:
-    starts: dict[tuple[str, int], list[int]] = {}
+) -> dict[tuple[str, int, int], tuple[int, ...]]:
+    starts: defaultdict[tuple[str, int, int], list[int]] = defaultdict(list)
+    revisions: defaultdict[str, int] = defaultdict(int)
     for at_ns, run, event in happened:
-        if isinstance(event, events.NodeChanged) and event.status is Status.RUNNING:
-            starts.setdefault((run, event.node), []).append(at_ns)
-    return {key: tuple(times) for key, times in starts.items()}
+        revision = revisions[run]
+        if isinstance(event, events.TreeRevised):
+            revisions[run] = event.number
+            for new, old in enumerate(event.kept):
+                if old >= 0:  # one list for the node in all versions of the tree
+                    starts[run, event.number, new] = starts[run, revision, old]
+        elif isinstance(event, events.NodeChanged) and event.status is Status.RUNNING:
+            starts[run, revision, event.node].append(at_ns)
+    return {key: tuple(times) for key, times in starts.items() if times}

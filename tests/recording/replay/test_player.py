@@ -48,7 +48,7 @@ def scripted() -> Timeline:
         (),
         "",
         tuple(time_ns for time_ns, _ in changes),
-        {("run", 1): (3 * S, 7 * S)},
+        {("run", 0, 1): (3 * S, 7 * S)},
     )
 
 
@@ -278,7 +278,7 @@ def test_the_end_is_known() -> None:
 def test_a_running_leaf_gets_on() -> None:
     """Half a second after it began at the latest."""
     seeker = TimelineSeeker(timeline())
-    start_ns = timeline().starts_ns[seeker.seek(at(1)).tree.run, 4][0]  # type: ignore[union-attr]
+    start_ns = timeline().starts_ns[seeker.seek(at(1)).tree.run, 0, 4][0]  # type: ignore[union-attr]
     values = []
     for tenths in (6, 11, 16):
         mission = seeker.seek(start_ns + tenths * 100_000_000)

@@ -42,13 +42,13 @@ def test_starts_of_a_node_are_found_in_both_directions() -> None:
     tree = TimelineSeeker(timeline).seek(timeline.end_ns).tree
     assert tree is not None
     (index,) = (at for at, node in enumerate(tree.nodes) if node.name == "drive")
-    first = beside(timeline.starts_ns[tree.run, index], timeline.start_ns - 1, 1)
+    first = beside(timeline.starts_ns[tree.run, 0, index], timeline.start_ns - 1, 1)
     assert first is not None
-    second = beside(timeline.starts_ns[tree.run, index], first, 1)
+    second = beside(timeline.starts_ns[tree.run, 0, index], first, 1)
     assert second is not None
-    assert beside(timeline.starts_ns[tree.run, index], second, 1) is None
-    assert beside(timeline.starts_ns[tree.run, index], second, -1) == first
-    assert timeline.starts_ns.get(("another run", index)) is None
+    assert beside(timeline.starts_ns[tree.run, 0, index], second, 1) is None
+    assert beside(timeline.starts_ns[tree.run, 0, index], second, -1) == first
+    assert timeline.starts_ns.get(("another run", 0, index)) is None
 
 
 def test_a_file_of_another_recorder_that_begins_later(tmp_path: Path) -> None:
