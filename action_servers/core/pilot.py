@@ -16,6 +16,7 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Fields, Finished, Maneuver, Observation
 from action_servers.core.tuning import TUNING
+from bt_mission.core.actions import REPLACED
 from bt_mission.core.geometry import Twist2D
 
 REFUSED_WHILE_MOVING = "another goal moves the {}; it is not replaced (on_new_goal: refuse)"
@@ -46,6 +47,8 @@ class ManeuverRun:
     """Called once when the base gives way, and when it cannot."""
     part: str = ""
     """The part that it moves besides the base."""
+    title: str = ""
+    """Its goal, for the goal that it replaces."""
     needs_base: bool = field(init=False)
 
     def __post_init__(self) -> None:
@@ -107,10 +110,11 @@ class Pilot:
 
         If it drives, it replaces the one that does, whose goal is aborted.
         """
+        why = ": ".join(filter(None, (REPLACED, run.title)))
         if run.needs_base:
-            self._end_all("replaced by a new goal", self._driving)
+            self._end_all(why, self._driving)
             self._governor.begin()
-        self._end_all("replaced by a new goal", self._moving(run.part))
+        self._end_all(why, self._moving(run.part))
         self._runs.append(run)
 
     def cancel(self, run: ManeuverRun) -> None:

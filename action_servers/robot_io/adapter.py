@@ -228,8 +228,14 @@ class ActionAdapter:
                 return  # the server is destroyed
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
+        title = f"{_key(handle).hex()[:8]} of {self.name}"
         run = ManeuverRun(
-            self._interposed(maneuver), on_feedback, on_end, self._log.warning, self._action.part
+            self._interposed(maneuver),
+            on_feedback,
+            on_end,
+            self._log.warning,
+            self._action.part,
+            title,
         )
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)

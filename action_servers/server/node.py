@@ -48,6 +48,8 @@ from bt_mission.executors.process import (
 
 NODE_NAME = "bt_mission_servers"
 
+READY = "ready: scan and odometry have come"
+
 LAST_CALLBACKS = 100
 """Callbacks that are served after the servers must stop: a result takes three."""
 
@@ -217,15 +219,18 @@ class ServersNode(RobotNode):
     def begin(self) -> None:
         """Say what is waited for."""
         self._missing = self.missing
-        names = " and ".join(self._missing)
-        self._log.info(f"waiting for {names}: is the robot, or bt-mission sim, there?")
+        if self._missing:
+            names = " and ".join(self._missing)
+            self._log.info(f"waiting for {names}: is the robot, or bt-mission sim, there?")
+        else:
+            self._log.info(READY)
 
     def look(self) -> None:
         """Say once that the robot's sensors have come."""
         if self._missing:
             self._missing = self.missing
             if not self._missing:
-                self._log.info("ready: scan and odometry have come")
+                self._log.info(READY)
 
     def end(self, signal: str, executor: Executor) -> None:
         """Stop the robot, and wait until every goal has ended."""

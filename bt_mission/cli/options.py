@@ -100,7 +100,7 @@ NETWORK = Option(
 )
 ALLOW_DUPLICATES = Option(
     "--allow-duplicates",
-    "continue even if several nodes publish the same odometry or /clock",
+    "continue even if several nodes publish the same odometry or /clock, or serve the same action",
 )
 EDITABLE = Option(
     "--editable",

@@ -21,6 +21,8 @@ PARTS: tuple[Need, ...] = ("arm", "gripper")
 """Needs that one goal at a time moves, and that not every robot has."""
 MOVED: tuple[Need, ...] = ("base", *PARTS)
 """What one goal at a time moves."""
+REPLACED = "replaced by a new goal"
+"""Begins the reason with which our servers abort a goal, before the goal that replaces it."""
 GOALS_AT: Mapping[str, Need] = {f"goals_at_{part}": part for part in MOVED}
 """The signals that count the open goals of a part, one goal at a time of which moves it."""
 

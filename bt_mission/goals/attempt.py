@@ -9,11 +9,13 @@ wins.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from bt_mission.core.actions import REPLACED
 from bt_mission.core.stamps import NS
 from bt_mission.goals.goal import Event, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
@@ -54,6 +56,8 @@ class Cause(StrEnum):
     TIMEOUT = "timeout"
     SILENCE = "silence"
 
+
+_REPLACED = re.compile(rf"{REPLACED}: ([0-9a-f]{{8}}) of ")
 
 _CANCELED = {
     Cause.CONDITION: Outcome.CANCELED_BY_CONDITION,
@@ -346,8 +350,16 @@ class Attempt:
         if goal.status is GoalStatus.ABORTED:
             why = f": {goal.raised}" if goal.raised else _say_error(goal.result)
             late = f", {after}" if after else ""
-            return AttemptResult(Outcome.ABORTED, f"{name}{why}{late}", goal.result)
+            text = f"{name}{why}{self._replacer(why)}{late}"
+            return AttemptResult(Outcome.ABORTED, text, goal.result)
         return AttemptResult(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
+
+    def _replacer(self, why: str) -> str:
+        """Return who has sent the goal that replaced this one, if it was not this mission."""
+        by = _REPLACED.search(why)
+        if by is None or self._ledger.has_sent(by[1]):
+            return ""
+        return f", sent by {self._ledger.others() or 'another client'}"
 
     @property
     def _after_cancel(self) -> str:

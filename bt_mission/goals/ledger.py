@@ -21,6 +21,9 @@ SERVER_CHECK_NS = 250_000_000
 FOUND_GRACE_NS = 10_000_000_000
 """The grace period of a goal of another process, whose server has only just been discovered."""
 
+NEWEST = 100
+"""The number of goals that :meth:`Ledger.has_sent` knows."""
+
 WANTED = (Phase.SENT, Phase.ACTIVE)
 """Phases of a goal for which no end was requested."""
 
@@ -60,6 +63,8 @@ class Ledger:
         self._given_up: set[bytes] = set()
         self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
+        self.others: Callable[[], str] = str
+        """Returns who else sends goals to the servers, as text; empty if that is not known."""
         self.is_held = False
         """Whether leaves of the tree must not send goals, while a clean-up after a halt is under
         way.
@@ -123,11 +128,16 @@ class Ledger:
             uses: The parts of the robot that the goal moves.
         """
         self.goals_sent += 1
-        digest = bytearray(hashlib.sha256(f"{self._seed}/{self.goals_sent}".encode()).digest()[:16])
-        digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
-        digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
         grace_ns = self._grace_ns if grace_ns is None else grace_ns
-        goal = Goal(bytes(digest), goal_client, owner, grace_ns, request, sent_ns=now_ns, uses=uses)
+        goal = Goal(
+            self._id(self.goals_sent),
+            goal_client,
+            owner,
+            grace_ns,
+            request,
+            sent_ns=now_ns,
+            uses=uses,
+        )
         self._open[goal.id] = goal
         self._report(now_ns, "sent", goal)
         try:
@@ -136,6 +146,18 @@ class Ledger:
             del self._open[goal.id]  # the goal was not sent
             raise
         return goal
+
+    def _id(self, number: int) -> bytes:
+        """Return the UUID of the goal of this number."""
+        digest = bytearray(hashlib.sha256(f"{self._seed}/{number}".encode()).digest()[:16])
+        digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
+        digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
+        return bytes(digest)
+
+    def has_sent(self, short_id: str) -> bool:
+        """Return whether one of the newest goals begins with these digits."""
+        numbers = range(max(1, self.goals_sent - NEWEST), self.goals_sent + 1)
+        return any(self._id(number).hex().startswith(short_id) for number in numbers)
 
     def recover_goal(
         self, goal_id: bytes, goal_client: GoalClient, owner: str, now_ns: int

@@ -18,6 +18,7 @@ from bt_mission.ros.graph import GraphConnection, NodeOptions
 from bt_mission.ros.journal import open_journal, resumed_mission
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
+from bt_mission.ros.other_missions import OtherMissions
 from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.session import Run, Session
 
@@ -93,6 +94,7 @@ class AttachedSession(Session):
                 allow_duplicates=chosen.allow_duplicates,
             )
             self._graph.host(self._node)
+            OtherMissions(self._node.runner)
             if chosen.journal is not None:
                 journal = open_journal(chosen.journal, mission, self.runner, resume=chosen.resume)
                 made.callback(journal.close)
