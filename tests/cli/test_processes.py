@@ -294,6 +294,22 @@ def test_an_executive_that_serves_goes_by_other_names(
     assert not {"/robot1/execute_mission", "/robot1/turn"} & set(who)
 
 
+def test_second_servers_are_refused_unless_the_first_were_killed(start: Start, drive: str) -> None:
+    """A mission is refused, too, as long as both are in the graph."""
+    servers = ("servers", "--robot", "burger", "--wall-clock")
+    both = "has 2 servers (/bt_mission_servers, /bt_mission_servers): each of them runs every goal"
+    first = start(*servers)
+    read_until(first, "waiting for scan")
+    assert both in ended(start(*servers), 2)
+    second = start(*servers, "--allow-duplicates")
+    read_until(second, "waiting for scan")
+    assert both in ended(start("run", drive, "--attach", "--wall-clock"), 2)
+    for process in (first, second):
+        process.kill()
+        process.wait()
+    read_until(start(*servers), "waiting for scan")
+
+
 @pytest.mark.thorough
 def test_a_simulation_beside_another_is_not_driven_with_it(start: Start, drive: str) -> None:
     """Neither by the executive nor by the servers, unless that is asked for.
