@@ -29,6 +29,8 @@ from bt_mission.core.yaml.composer import MAX_INTEGER, At, Place, compose
 from bt_mission.core.yaml.document import read_text as read_yaml
 from bt_mission.language.nodes.fields import SECONDS, VARIABLE, is_quantity
 
+GLOBAL = "global variables ('@') are not supported; give the variable to the tree as a port"
+
 LABELS = {
     "number": "double",
     "integer": "int",
@@ -140,6 +142,11 @@ def is_illegal(text: str) -> bool:
     return _ILLEGAL.search(text) is not None
 
 
+def _is_global(value: str) -> bool:
+    """Return whether a value names a variable of the blackboard above all trees."""
+    return re.fullmatch(rf"\{{@{VARIABLE.pattern}\}}", value) is not None
+
+
 def _json_quoted(text: str) -> str:
     return escaped(text, lambda c: json.dumps(c)[1:-1])
 
@@ -173,6 +180,8 @@ class Codec:
 
 
 def _misread(attribute: Attribute, message: str, hint: str | None = None) -> MisreadError:
+    if _is_global(attribute.value):
+        message, hint = "expected a variable of the tree", GLOBAL
     return MisreadError(
         ("BT-1203", attribute.value_at, f"{message}, got {quoted(attribute.value)}", hint)
     )
@@ -369,8 +378,10 @@ def given(word: str) -> Codec:
 
 # ---- diagnostics -----------------------------------------------------------------------------
 
+HARMLESS = ("_description", "_uid", "_fullpath")
+"""Attributes that editors write for themselves, and that mean nothing to a tree."""
+
 _INSTEAD = {
-    "_description": "use 'name', or a comment",
     "_skipIf": "it is read below a Sequence or Fallback that has a child without it; else write "
     '<Precondition if=... else="SUCCESS">',
 }
@@ -410,7 +421,7 @@ class Reporter:
         """Note the attributes that an element does not take; `silent` ones it takes as well."""
         for attribute in attributes:
             name = attribute.name
-            if name in known or name in silent:
+            if name in known or name in silent or name in HARMLESS:
                 continue
             if name.startswith("_"):
                 nodes = "use nodes instead: ScriptCondition, Script, Precondition, WhileDoElse"

@@ -131,7 +131,7 @@ class _FileReader(XmlNodeReader):
 
     def __post_init__(self) -> None:
         self.within = (self.source.file, *self.within)
-        self._trees: dict[str, Element] = {}
+        self.elements: dict[str, Element] = {}
         self._included: list[tuple[str, At, _FileReader]] = []
 
     def files(self) -> Iterator[_FileReader]:
@@ -146,7 +146,8 @@ class _FileReader(XmlNodeReader):
         if root.tag != "root":
             self.report("BT-1202", root.at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
             return
-        self.refuse(root.attributes.values(), "root", ("BTCPP_format", "main_tree_to_execute"))
+        known = ("BTCPP_format", "main_tree_to_execute")
+        self.refuse(root.attributes.values(), "root", known, "project_name")
         version = root.attributes.get("BTCPP_format")
         if version is None:
             message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
@@ -182,12 +183,27 @@ class _FileReader(XmlNodeReader):
         main = self._main(root)
         if main is None:
             return None
-        element = self._trees[main]
+        if self._uses_itself(main):
+            for part in self.files():
+                part.main = main
+        element = self.elements[main]
         head = [*self._head(main, self.known.ports[main]), *self.parts(main)]
         head.append(("tree", element.at, self._body(element)))
         for part in [*self.files()][1:]:
             part.library = mapping(part.source.root.at, part.parts())
         return mapping(root.at, head)
+
+    def _uses_itself(self, main: str) -> bool:
+        """Return whether the main tree uses itself, directly or through others."""
+        trees = {key: reader.elements[key] for key, reader in self.known.owners.items()}
+        waiting, reached = [main], set[str]()
+        while waiting:
+            for use in _uses(trees[waiting.pop()]):
+                tree_id = use.attributes.get("ID")
+                if tree_id is not None and tree_id.value in trees.keys() - reached:
+                    reached.add(tree_id.value)
+                    waiting.append(tree_id.value)
+        return main in reached
 
     def document(self, part: LocatedValue) -> Document:
         """Return the file as a document, with those that it includes."""
@@ -207,7 +223,7 @@ class _FileReader(XmlNodeReader):
             yield "include", at, located(entries, at)
         trees = [
             (self._tree_name(element), element.at, self._definition(element, self.trees[tree_id]))
-            for tree_id, element in self._trees.items()
+            for tree_id, element in self.elements.items()
             if tree_id != main
         ]
         if trees:
@@ -227,7 +243,7 @@ class _FileReader(XmlNodeReader):
 
     def _take_tree(self, tree: Element, name: Attribute) -> None:
         owner = self.known.owners.setdefault(name.value, self)
-        if name.value in self._trees or owner is not self:
+        if name.value in self.elements or owner is not self:
             where = "" if owner is self else f", in {owner.source.file}"
             self.report(
                 "BT-208", name.value_at, f"the tree {quoted(name.value)} already exists{where}"
@@ -236,7 +252,7 @@ class _FileReader(XmlNodeReader):
             message = f"BehaviorTree.CPP has a node {quoted(name.value)}, so no tree has that ID"
             self.report("BT-208", name.value_at, message, "give the tree another ID")
         self.known.ports.setdefault(name.value, TreePorts())
-        self._trees[name.value] = tree
+        self.elements[name.value] = tree
         names: dict[str, Attribute] = {}
         for use in _uses(tree):
             given = use.attributes.get("name")
@@ -256,18 +272,18 @@ class _FileReader(XmlNodeReader):
     def _main(self, root: Element) -> str | None:
         """Return the ID of the main tree."""
         named = root.attributes.get("main_tree_to_execute")
-        if not self._trees:
+        if not self.elements:
             self.report("BT-1211", root.at, "this file has no <BehaviorTree>")
             return None
         if named is None:
             used = {use.attributes["ID"].value for use in _uses(root) if "ID" in use.attributes}
-            alone = [name for name in self._trees if name not in used]
-            if len(alone) == 1 or len(self._trees) == 1:
-                return (*alone, *self._trees)[0]
-            message = f"which of the trees is the mission? ({listed(self._trees)})"
+            alone = [name for name in self.elements if name not in used]
+            if len(alone) == 1 or len(self.elements) == 1:
+                return (*alone, *self.elements)[0]
+            message = f"which of the trees is the mission? ({listed(self.elements)})"
             self.report("BT-1211", root.at, message, "write 'main_tree_to_execute' in <root>")
             return None
-        if named.value in self._trees:
+        if named.value in self.elements:
             return named.value
         if (other := self.known.owners.get(named.value)) is not None:
             message = f"the main tree is in the included file {other.source.file}"
@@ -275,13 +291,13 @@ class _FileReader(XmlNodeReader):
                 "BT-210", named.value_at, message, "run that file, or name a tree of this one"
             )
             return None
-        message = f"unknown tree {quoted(named.value)} (trees: {listed(self._trees)})"
-        self.report("BT-210", named.value_at, message, did_you_mean(named.value, self._trees))
+        message = f"unknown tree {quoted(named.value)} (trees: {listed(self.elements)})"
+        self.report("BT-210", named.value_at, message, did_you_mean(named.value, self.elements))
         return None
 
     def _head(self, main: str, ports: TreePorts) -> Iterator[Entry]:
         """Yield the head of the mission."""
-        element = self._trees[main]
+        element = self.elements[main]
         name = ports.metadata.get("mission", element.attributes["ID"])
         yield "mission", name.at, plain_text(name)
         yield from self._description(element)
@@ -338,7 +354,7 @@ class _FileReader(XmlNodeReader):
     def _description(self, element: Element) -> Iterator[Entry]:
         attributes = element.attributes
         known = ("ID", "_description")
-        self.refuse(attributes.values(), "BehaviorTree", known, "_fullpath")
+        self.refuse(attributes.values(), "BehaviorTree", known)
         if description := attributes.get("_description"):
             yield "description", description.at, plain_text(description)
 

@@ -27,6 +27,8 @@ WIDTH = 100
 _BREAK = re.compile("\r\n|\n|\r")
 _ATTRIBUTE = re.compile(r"""\s+([^\s=/>]+)\s*=\s*("[^"]*"|'[^']*')""")
 _CHARACTER = re.compile(r"&[^;]*;|.", re.DOTALL)
+_UNQUOTED = re.compile(r"""([^\s<>"'=/]+)\s*=\s*x\Z""")
+"""The name of an attribute whose value, at the end, has no quotes."""
 _UTF_8 = frozenset(("utf-8", "utf8", "us-ascii", "ascii"))
 _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"})
 _MESSAGES = {
@@ -97,7 +99,6 @@ class _XmlParser:
         self._stack: list[Element] = []
         self._root: Element | None = None
         parser: Any = expat.ParserCreate("utf-8")
-        parser.buffer_text = True
         parser.ordered_attributes = True
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
@@ -122,9 +123,16 @@ class _XmlParser:
             message = f"<{top.tag}> of line {top.at[0]} is not closed here"
             return message, at, f"expected '</{top.tag}>'"
         if problem == "not well-formed (invalid token)":
-            hint = "write '&amp;' for '&' and '&lt;' for '<' in text"
-            return _MESSAGES[problem], at, hint
+            return _MESSAGES[problem], at, self._token_hint(offset)
         return _MESSAGES.get(problem, f"invalid XML: {problem or error}"), at, None
+
+    def _token_hint(self, offset: int) -> str | None:
+        """Return what to write where the parser stops, at a character that it does not expect."""
+        if match := _UNQUOTED.search(self._text[:offset] + "x"):
+            return f'put the value in quotes: {match[1]}="..."'
+        if set(self._text[max(offset - 1, 0) : offset + 1]) & {"&", "<"}:
+            return "write '&amp;' for '&' and '&lt;' for '<' in text"
+        return None
 
     def _start(self, tag: str, flat: list[str]) -> None:
         offset = self._offset(self._parser.CurrentByteIndex)
@@ -146,14 +154,15 @@ class _XmlParser:
         self._stack.append(element)
 
     def _end(self, _tag: str) -> None:
-        self._stack.pop()
+        element = self._stack.pop()
+        element.text = element.text.strip()
 
     def _characters(self, text: str) -> None:
         top = self._stack[-1]
-        if text.strip() and not top.text:
-            # Of text in one buffer only its end is known; the line of the element will do.
-            top.text_at = top.at
-        top.text += text.strip()
+        if text.strip() and not top.text.strip():
+            offset = self._offset(self._parser.CurrentByteIndex)
+            top.text_at = self._place(offset + len(text) - len(text.lstrip()))
+        top.text += text
 
     def _doctype(self, name: str, *_: Any) -> None:
         offset = self._offset(self._parser.CurrentByteIndex)

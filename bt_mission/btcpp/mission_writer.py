@@ -35,7 +35,7 @@ from bt_mission.language.nodes.registry import KINDS
 _RESERVED = table.REGISTERED | {"Root", "root", "Action", "Condition", "Control", "Decorator"}
 """Names that BehaviorTree.CPP refuses as the IDs of trees, besides those of the leaves."""
 
-_ID = re.compile(r"[A-Za-z_][\w-]*")
+_ID = re.compile(r"[^\W\d][\w-]*")
 _ABSENT = object()
 _ONLY_YAML = "write its nodes one by one, or keep the mission in YAML"
 _NAMED_CHILDREN = (

@@ -8,6 +8,7 @@ from typing import Any
 
 from bt_mission.btcpp import table
 from bt_mission.btcpp.attributes import (
+    HARMLESS,
     LABELS,
     Codec,
     Entry,
@@ -124,10 +125,12 @@ class XmlNodeReader(Reporter):
     Attributes:
         trees: Those that may be used, by their IDs.
         remapped: The attributes that share all variables of a tree, with the ID of the tree.
+        main: The ID of the main tree.
     """
 
     trees: Mapping[str, TreePorts] = field(default_factory=dict)
     remapped: list[tuple[Attribute, str]] = field(default_factory=list)
+    main: str = ""
 
     def node(self, element: Element) -> LocatedValue:
         """Return an element and all below it as a node."""
@@ -145,11 +148,13 @@ class XmlNodeReader(Reporter):
                 self.report("BT-1207", element.at, message)
                 return located({}, element.at)
             element = replace(element, tag=name.value, at=name.value_at, attributes=rest)
+        element = replace(element, attributes=_meant(element.attributes))
         if element.tag == table.SUBTREE:
             return self._use(element)
         if rows := table.rows_of(element.tag):
             return _Filling(element, self).node(rows)
-        hint = table.WITHOUT_COUNTERPART.get(element.tag)
+        others = table.OTHERS_WITHOUT_COUNTERPART
+        hint = table.WITHOUT_COUNTERPART.get(element.tag) or others.get(element.tag)
         if hint is None:
             near = did_you_mean(element.tag, [*table.ELEMENTS, table.SUBTREE, *table.leaf_kinds()])
             hint = f"{near} {STAND_IN}" if near else STAND_IN
@@ -171,6 +176,11 @@ class XmlNodeReader(Reporter):
             self.report("BT-1207", at, "the attribute 'ID' is missing")
             return located({}, at)
         ports = self.trees.get(tree_id.value)
+        if tree_id.value == self.main:
+            message = f"a tree cannot use the main tree {quoted(self.main)}"
+            hint = "recursion is not supported; write a Repeat around the body of the tree"
+            self.report("BT-211", tree_id.value_at, message, hint)
+            return located({}, at)
         if ports is None:
             message = f"unknown tree {quoted(tree_id.value)} (trees: {listed(self.trees)})"
             self.report(
@@ -409,6 +419,15 @@ class _Filling:
         if isinstance(value.data, str) and not value.data.startswith("$"):
             value = located(repr(value.data), (value.place.line, value.place.column))
         return mapping(key.value_at, [(key.value, key.value_at, value)])
+
+
+def _meant(attributes: Mapping[str, Attribute]) -> dict[str, Attribute]:
+    """Return the attributes of a node that mean something; `{=}` is the variable of its port."""
+    return {
+        name: replace(attribute, value=f"{{{name}}}") if attribute.value == "{=}" else attribute
+        for name, attribute in attributes.items()
+        if name not in HARMLESS and (name != "name" or attribute.value)
+    }
 
 
 def _nested(entries: list[tuple[table.Names, At, LocatedValue]], at: At) -> LocatedValue:

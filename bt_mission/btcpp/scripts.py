@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from bt_mission.btcpp.attributes import Codec, LocatedValue, MisreadError, located, mapping
+from bt_mission.btcpp.attributes import GLOBAL, Codec, LocatedValue, MisreadError, located, mapping
 from bt_mission.btcpp.elements import Attribute
 from bt_mission.core.diagnostics import quoted
 from bt_mission.language.expressions.expression import Expression
@@ -174,7 +174,8 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
     if match is None:
         start = offset + len(statement) - len(statement.lstrip()) + 1
         message = f"expected 'name := value', got {quoted(statement.strip())}"
-        raise ScriptError("BT-1206", message, start)
+        hint = GLOBAL if statement.lstrip().startswith("@") else None
+        raise ScriptError("BT-1206", message, start, hint)
     name, sign, right = match[1], match[2], statement[match.end() :]
     column = offset + match.start(1) + 1
     if name in taken:
@@ -196,7 +197,8 @@ def _tokens(code: str) -> list[Token]:
         match = _TOKEN.match(code, at)
         if match is None:
             message = f"{quoted(code[at])} has no counterpart in mission expressions"
-            raise ScriptError("BT-1206", message, at + 1, "use a leaf 'check' or 'set'")
+            hint = GLOBAL if code[at] == "@" else "use a leaf 'check' or 'set'"
+            raise ScriptError("BT-1206", message, at + 1, hint)
         kind = match.lastgroup or ""
         if kind == "number" and match.group().isdigit() and int(match.group()) > _LARGEST:
             raise ScriptError("BT-304", f"the number {quoted(match.group())} is too large", at + 1)

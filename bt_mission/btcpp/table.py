@@ -320,6 +320,8 @@ _ROWS = (
     Row("Precondition", {"when": _IF, "do": Child()}, {"else": "SUCCESS"}),
     Row("Precondition", {"sequence": [{"check": _IF}, Child()]}, {"else": "FAILURE"}, False),
     Row("IfThenElse", {"when": Question(), "do": Child(1), "else": Child(2, "AlwaysSuccess")}),
+    # Without a third child it fails where the condition is false.
+    Row("IfThenElse", {"sequence": [{"check": Question()}, Child(1)]}, is_written=False),
     # What is done after a failure, which it stays.
     Row("TryCatch", {"fallback": [AllButLast(), _CATCH]}, {"catch_on_halt": "false"}, False),
     Row("AlwaysSuccess", {"check": True}),
@@ -343,6 +345,32 @@ WITHOUT_COUNTERPART = {
     "UnsetBlackboard": "set the variable to a value that means 'not set'",
 }
 """The nodes of BehaviorTree.CPP that no mission has, each with what to write instead."""
+
+_NAV2 = "it is a control node of Nav2"
+_PLANS = f"{_NAV2}; the server of 'navigate_to_pose' plans again by itself"
+_V3 = "it is a node of BehaviorTree.CPP 3"
+OTHERS_WITHOUT_COUNTERPART = {
+    "PipelineSequence": f"{_PLANS}; for other actions write 'Parallel', or 'Sequence' if the first "
+    "children need not run again",
+    "RecoveryNode": f"{_NAV2}; write 'RetryUntilSuccessful' over a 'Fallback' of the first child "
+    "and the second one in 'ForceFailure' (bt-mission docs groot)",
+    "RoundRobin": f"{_NAV2}; write a 'Fallback', which always begins with its first child",
+    "NonblockingSequence": f"{_NAV2}; write 'Parallel'",
+    **dict.fromkeys(
+        ("RateController", "DistanceController", "SpeedController", "GoalUpdater"), _PLANS
+    ),
+    "PathLongerOnApproach": _PLANS,
+    "SingleTrigger": f"{_NAV2}; write 'Precondition' on a variable that a 'Script' sets",
+    "SequenceStar": f"{_V3}, which continues with the child that failed; use a 'Sequence', which "
+    "restarts after a failure",
+    "FallbackStar": f"{_V3}; write 'Fallback'",
+    **dict.fromkeys(
+        ("BlackboardCheckInt", "BlackboardCheckDouble", "BlackboardCheckString"),
+        f"{_V3}; write 'Precondition'",
+    ),
+    "BlackboardCheckBool": f"{_V3}; write 'Precondition'",
+}
+"""Control nodes of other packages and versions, which no leaf replaces."""
 
 ELEMENTS = tuple(dict.fromkeys(row.tag for row in _ROWS))
 """The nodes of BehaviorTree.CPP that have a counterpart."""

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.diagnostics import InputError
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
@@ -173,6 +174,15 @@ def test_what_changes_in_btcpp_while_a_node_runs(nodes, part, ports, expected):
     for fault, (_, _, message) in zip(faults, expected, strict=True):
         assert message in fault.message
         assert fault.hint
+
+
+def test_trees_have_names_in_any_script():
+    """Groot accepts them, and editors mark the root."""
+    text = with_part('<SubTree ID="预处理"/>', ONE, "").replace("part", "预处理")
+    text = text.replace('"m"', '"Größe"').replace("<root ", '<root project_name="p" ')
+    mission = load(document_of(text))
+    assert (mission.name, list(mission.trees)) == ("Größe", ["预处理"])
+    assert mission_xml(document_of(text)).count('ID="预处理"') == 2
 
 
 def test_ports_without_a_declaration_are_named_with_it():

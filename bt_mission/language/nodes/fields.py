@@ -26,7 +26,7 @@ _SHORT_TYPE = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
-_TREE_NAME = re.compile(r"[A-Za-z_][\w-]*")
+_TREE_NAME = re.compile(r"[^\W\d][\w-]*")
 _QUANTITY = re.compile(r"[-+ ]*[.0-9]")
 _FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
 
