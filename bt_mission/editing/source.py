@@ -78,7 +78,7 @@ class Piece:
     def of(cls, node: str) -> Piece:
         """Return a node that is given as YAML."""
         text = node.strip("\n")
-        span = read_spans(text)
+        span = read_spans(text, is_part=True)
         if span.kind != "map":
             raise PatchError("expected a node")
         return cls(text, span.raw)
@@ -90,18 +90,18 @@ class Piece:
     @property
     def flow(self) -> str:
         """It on one line, in braces."""
-        return Source(self.text).flow(read_spans(self.text))
+        return Source(self.text).flow(read_spans(self.text, is_part=True))
 
     @property
     def in_block(self) -> Piece:
         """It without the braces around a single key, as people write it in a block."""
-        span = read_spans(self.text)
+        span = read_spans(self.text, is_part=True)
         if not span.is_flow or span.kind != "map" or len(span.parts) != 1 or "\n" in self.text:
             return self
         (entry,) = span.keys.values()
         inside = self.text[entry.start : span.end - 1].rstrip()
         try:
-            same = read_spans(inside).raw == self.raw
+            same = read_spans(inside, is_part=True).raw == self.raw
         except InputError:
             same = False
         return Piece(inside, self.raw, self.above, self.tail) if same else self
@@ -125,7 +125,7 @@ def _margin(line: str) -> int:
 def block_wrap(kind: str, value: str, piece: Piece) -> Piece:
     """Return a node in a new one of a kind, in a block."""
     text = piece.text + piece.tail
-    is_block = not read_spans(piece.text).is_flow
+    is_block = not read_spans(piece.text, is_part=True).is_flow
     below = f"\n{' ' * STEP}{indented(text, STEP)}" if is_block else f" {text}"
     if kind in LIST_KEYS:
         lines = f"{kind}:\n{' ' * STEP}- {indented(text, 2 * STEP)}"

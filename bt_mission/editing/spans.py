@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from hashlib import sha256
 from typing import Any, Literal
 
 import yaml  # type: ignore[import-untyped]
@@ -13,6 +14,7 @@ import yaml  # type: ignore[import-untyped]
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.yaml.composer import compose
 from bt_mission.core.yaml.document import Key, refuse_large
+from bt_mission.core.yaml.parser_messages import MAX_DEPTH
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _COLON = re.compile(r"[ \t]*:")
@@ -38,6 +40,8 @@ class Span:
 
     Attributes:
         text: The content of a scalar; the name of an alias.
+        meant: Of an alias: what stands for the value of its anchor, which the last definition of
+            that name before it gives.
         is_flow: Whether a collection is in braces or brackets.
         style: Of a scalar: empty if it is plain.
     """
@@ -47,6 +51,7 @@ class Span:
     kind: Literal["scalar", "map", "list", "alias"]
     text: str = ""
     style: str = ""
+    meant: str = ""
     is_flow: bool = False
     keys: dict[str, Entry] = field(default_factory=dict)
     parts: dict[str, Span] = field(default_factory=dict)
@@ -80,7 +85,7 @@ class Span:
                 return [item.raw for item in self.items]
             case "scalar":
                 return None if self.is_empty else (not self.style, self.text)
-        return ("*", self.text)
+        return ("*", self.text, self.meant)
 
     @property
     def plain(self) -> Any:
@@ -100,15 +105,20 @@ class Span:
 
 
 @lru_cache(maxsize=KEPT)
-def read_spans(text: str, file: str = "<text>") -> Span:
+def read_spans(text: str, file: str = "<text>", *, is_part: bool = False) -> Span:
     """Return the value of a YAML text with its places; those of the last texts are kept.
+
+    Args:
+        text: The text.
+        file: For errors.
+        is_part: Whether it is a part of a text that may define the anchors of its aliases.
 
     Raises:
         InputError: The text is not YAML of the kind that missions are.
     """
     refuse_large(text, file)
     try:
-        reader = _Reader(text)
+        reader = _Reader(text, is_part=is_part)
         for event in yaml.parse(text, Loader=_LOADER):
             reader.take(event)
     except (yaml.YAMLError, RecursionError, _UnexpectedFormError):
@@ -120,7 +130,7 @@ def read_spans(text: str, file: str = "<text>") -> Span:
 
 
 class _UnexpectedFormError(Exception):
-    """A key that is not a scalar, or occurs twice."""
+    """A key that is not a scalar, or occurs twice; an alias of nothing; a nesting too deep."""
 
 
 @dataclass
@@ -128,10 +138,13 @@ class _Reader:
     """Builds spans from the events of the parser."""
 
     text: str
+    is_part: bool = False
     roots: list[Span] = field(default_factory=list)
     stack: list[Span] = field(default_factory=list)
     pending: list[tuple[str, Entry] | None] = field(default_factory=list)
     """The key of each open mapping whose value is next."""
+    anchors: dict[str, str | Span | None] = field(default_factory=dict)
+    """What each anchor means so far, in short; of one that is open its value itself."""
 
     def take(self, event: Any) -> None:
         start, end = event.start_mark.index, event.end_mark.index
@@ -140,20 +153,32 @@ class _Reader:
                 style = event.style if event.style in ("'", '"', "|", ">") else ""
                 if style in ("|", ">"):
                     end = start + len(self.text[start:end].rstrip())
-                self.add(Span(start, end, "scalar", event.value, style))
+                span = Span(start, end, "scalar", event.value, style)
+                self.add(span)
+                if event.anchor is not None:
+                    self.anchors[event.anchor] = _short(span)
             case yaml.AliasEvent():
-                self.add(Span(start, end, "alias", event.anchor))
+                meant = self.anchors.get(event.anchor, "" if self.is_part else None)
+                if not isinstance(meant, str):
+                    raise _UnexpectedFormError
+                self.add(Span(start, end, "alias", event.anchor, meant=meant))
             case yaml.MappingStartEvent():
-                self.open(Span(start, end, "map", is_flow=bool(event.flow_style)))
+                self.open(Span(start, end, "map", is_flow=bool(event.flow_style)), event.anchor)
             case yaml.SequenceStartEvent():
-                self.open(Span(start, end, "list", is_flow=bool(event.flow_style)))
+                self.open(Span(start, end, "list", is_flow=bool(event.flow_style)), event.anchor)
             case yaml.MappingEndEvent() | yaml.SequenceEndEvent():
                 span = self.stack.pop()
                 self.pending.pop()
                 span.end = end if span.is_flow else _end_of(span)
+                for name in [name for name, value in self.anchors.items() if value is span]:
+                    self.anchors[name] = _short(span)
 
-    def open(self, span: Span) -> None:
+    def open(self, span: Span, anchor: str | None) -> None:
         self.add(span)
+        if anchor is not None:
+            self.anchors[anchor] = span
+        if len(self.stack) >= MAX_DEPTH:
+            raise _UnexpectedFormError
         self.stack.append(span)
         self.pending.append(None)
 
@@ -176,6 +201,11 @@ class _Reader:
         if span.kind != "scalar" or colon is None or span.text in self.stack[-1].keys:
             raise _UnexpectedFormError
         return Entry(span.start, span.end, colon.end())
+
+
+def _short(span: Span) -> str:
+    """Return what distinguishes a value from all others, in a few bytes."""
+    return sha256(repr(span.raw).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def _end_of(span: Span) -> int:

@@ -164,6 +164,51 @@ def test_a_node_is_added_between_brackets_at_its_place(slot: int, items: str) ->
     assert after == f"tree:\n  sequence: {items}\n"
 
 
+ANCHORS = """\
+mission: m
+tree:
+  sequence:
+    - {turn: {angle: &a 90}, timeout: 3}
+    - {turn: {angle: &a 10}, timeout: 3}
+    - {turn: {angle: *a}, timeout: 3}
+    - {turn: {angle: 20}, timeout: 3}
+    - {turn: {angle: *a}, timeout: 3}
+"""
+NODES = ("tree", "sequence")
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda text: patches.delete(text, (*NODES, 1)),
+        lambda text: patches.move(text, (*NODES, 1), (*NODES, 4)),
+        lambda text: patches.move(text, (*NODES, 0), (*NODES, 2)),
+        lambda text: patches.move(text, (*NODES, 2), (*NODES, 1)),
+        lambda text: patches.copy(text, (*NODES, 0), (*NODES, 3)),
+        lambda text: patches.set_field(text, (*NODES, 1), ("turn", "angle"), "11"),
+        lambda text: patches.set_field(text, (*NODES, 1), ("turn",), None),
+        lambda text: patches.delete(text.replace("&a 90", "90"), (*NODES, 1)),
+    ],
+)
+def test_an_act_that_changes_another_node_by_an_alias_is_refused(
+    act: Callable[[str], Edits],
+) -> None:
+    """An alias means the last definition of its anchor, which is the same afterwards."""
+    with pytest.raises(PatchError):
+        act(ANCHORS)
+
+
+def test_acts_beside_an_alias_are_allowed() -> None:
+    """Where every alias means the same afterwards, also if a moved node holds it."""
+    edits = patches.delete(ANCHORS, (*NODES, 0))
+    first = "    - {turn: {angle: &a 90}, timeout: 3}\n"
+    assert applied(ANCHORS, edits) == ANCHORS.replace(first, "")
+    edits = patches.move(ANCHORS, (*NODES, 4), (*NODES, 3))
+    lines = ANCHORS.splitlines(keepends=True)
+    lines[6:8] = reversed(lines[6:8])
+    assert applied(ANCHORS, edits) == "".join(lines)
+
+
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)
 def test_a_valid_act_on_a_shipped_mission_gives_a_valid_mission(path: Path) -> None:
     """Every node may be wrapped, and unwrapped again: the text is the same as before."""
@@ -180,7 +225,7 @@ def test_acts_on_the_map_of_a_world_change_its_lines_only(path: Path) -> None:
     """A thing is moved by its own line; a new one is one line, with its key at most two."""
     text = path.read_text()
     lines = text.splitlines()
-    plan = plan_of(text, path, "world")
+    plan = plan_of(text, path, "world", path.parent)
     assert plan is not None
     for thing in [*plan["shapes"], *plan["zones"]][:3]:
         after = applied(text, move_thing(text, thing["path"], (0.125, -0.25))).splitlines()
