@@ -17,7 +17,7 @@ from bt_mission.cli.options import FORCE, JSON, write_output
 from bt_mission.cli.outputs import refuse_existing
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import SUFFIXES, Kind
+from bt_mission.core.files import SUFFIXES, Kind, contents_of
 from bt_mission.core.text import columns
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, 
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return contents_of(path)
     except OSError as error:
         raise BtMissionError(
             f"cannot read {path}: {error.strerror or error}", code="BT-101"

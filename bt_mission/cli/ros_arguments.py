@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import open_file
 
 BEGIN, END = "--ros-args", "--"
+PARAMETERS = "--params-file"
 
 EPILOG = (
     "ROS arguments can follow, as launch files append them: --ros-args -r NAME:=NAME "
@@ -39,10 +42,17 @@ def checked(arguments: Sequence[str]) -> tuple[str, ...]:
     """Return ROS arguments that rclpy can read.
 
     Raises:
-        RosArgumentsError: With rclpy's reason.
+        RosArgumentsError: With rclpy's reason, or that of a file of parameters.
     """
     import rclpy
 
+    for option, file in pairwise(arguments):
+        if option == PARAMETERS:
+            try:
+                open_file(file).close()
+            except (OSError, ValueError) as error:
+                reason = getattr(error, "strerror", None) or error
+                raise RosArgumentsError(f"{PARAMETERS} {file}: {reason}") from error
     if arguments:
         context = rclpy.Context()
         try:

@@ -12,6 +12,7 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, li
 from bt_mission.core.files import (
     SUFFIXES,
     Kind,
+    contents_of,
     folders,
     is_file,
     kind_of,
@@ -104,7 +105,7 @@ def files_of(path: Path) -> list[Path]:
         file, folder, below = waiting.pop()
         if is_model := file.suffix == ".xml":
             # MuJoCo looks from the folder of the first file, also for what an included file names.
-            text = file.read_text(encoding="utf-8", errors="replace")
+            text = contents_of(file).decode("utf-8", "replace")
             below = (*below, *_MODEL_FOLDER.findall(text))
             names = [str(Path(each, name)) for name in _MODEL_FILE.findall(text) for each in below]
         else:

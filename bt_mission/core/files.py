@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import glob
 import os
 import re
+import stat
 import sys
+from io import TextIOWrapper
 from pathlib import Path
-from typing import Literal
+from typing import BinaryIO, Literal
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed
 
@@ -162,6 +165,40 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def open_file(path: str | Path, *, follows: bool = True) -> BinaryIO:
+    """Open a file of the user to read it. What is no file is refused, and never waited for.
+
+    Args:
+        path: Its path.
+        follows: Whether it may be a symbolic link.
+
+    Raises:
+        OSError: There is no such file, it cannot be read, or it is a folder, a device or a pipe.
+    """
+    flags = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | (0 if follows else os.O_NOFOLLOW)
+    _refuse_other_than_file(os.stat(path, follow_symlinks=follows).st_mode, path)  # noqa: PTH116
+    number = os.open(path, flags)
+    try:
+        _refuse_other_than_file(os.fstat(number).st_mode, path)  # it may be another one by now
+    except OSError:
+        os.close(number)
+        raise
+    return os.fdopen(number, "rb")
+
+
+def _refuse_other_than_file(mode: int, path: str | Path) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "expected a file, got a folder", str(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "expected a file, got a device or pipe", str(path))
+
+
+def contents_of(path: str | Path) -> bytes:
+    """Return all of a file. Raises OSError as `open_file` does."""
+    with open_file(path) as stream:
+        return stream.read()
+
+
 def kind_of(path: str | Path) -> FileKind:
     """Return the kind of a file, by its top-level keys; a mission by default."""
     return kind_of_text(text_to_look_at(path))
@@ -193,7 +230,7 @@ def text_to_look_at(path: str | Path) -> str:
     if file.suffix not in SUFFIXES or not is_file(file):
         return ""
     try:
-        with file.open(encoding="utf-8", errors="replace") as opened:
+        with TextIOWrapper(open_file(file), encoding="utf-8", errors="replace") as opened:
             return opened.read(MOST_READ)
     except OSError:
         return ""

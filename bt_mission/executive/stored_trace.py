@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import contents_of
 from bt_mission.executive.trace import VERSION
 
 
@@ -61,7 +62,7 @@ def read_trace(path: Path) -> StoredTrace:
             line.
     """
     try:
-        raw = path.read_bytes()
+        raw = contents_of(path)
     except OSError as error:
         raise TraceError(f"{path}: cannot read the trace: {error.strerror}") from error
     lines = raw.split(b"\n")

@@ -27,6 +27,7 @@ from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import open_file
 from bt_mission.recording.expected_types import checked_decoder
 from bt_mission.recording.facts import LARGEST_NS, RunFacts, robot_of
 
@@ -136,13 +137,13 @@ def open_recording(path: Path) -> BinaryIO:
     Raises:
         OSError: It cannot be opened.
     """
-    with path.open("rb") as stream:
+    with open_file(path) as stream:
         beginning = stream.read(len(ZSTANDARD))
     if beginning.startswith(GZIP):
         return cast("BinaryIO", gzip.open(path, "rb"))
     if beginning == ZSTANDARD:
         return cast("BinaryIO", zstandard.open(path, "rb"))
-    return path.open("rb")
+    return open_file(path)
 
 
 def is_recording(path: Path) -> bool:

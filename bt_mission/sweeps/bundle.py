@@ -15,7 +15,7 @@ import bt_mission
 import sim
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.file_index import files_of
-from bt_mission.core.files import find, folders
+from bt_mission.core.files import contents_of, find, folders
 from bt_mission.core.output import make_folder_of, within, write_file
 from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission, NodeFactory
@@ -162,7 +162,7 @@ def _read(path: Path) -> str:
 
 def _read_bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return contents_of(path)
     except OSError as error:
         raise BtMissionError(f"cannot read {path}: {error}", code="BT-101") from error
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import contents_of
 
 Path_ = tuple[str, ...]
 
@@ -106,7 +107,7 @@ def _look_through(
             raise fail(f"{name} lies outside of the folder of the robot's file", "file")
         if size > MOST_XML_BYTES:
             raise fail(f"{name} has {size:,} bytes, the limit is {MOST_XML_BYTES:,}", "file")
-        data = real.read_bytes()
+        data = contents_of(real)
     except (OSError, ValueError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise fail(f"cannot read {name}: {reason}", "file") from error

@@ -125,3 +125,25 @@ def test_a_closed_pipe_is_an_interruption(
         monkeypatch.setattr(sys, "stdout", closed)
         cli(line, 130)
     assert cli.err == ""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("check pipe.yaml", "run pipe.yaml", "tree pipe.yaml", "convert pipe.yaml"),
+        *("prove pipe.yaml", "sweep pipe.yaml", "run square --require pipe.yaml"),
+        *("verify pipe.mcap", "report pipe.mcap", "replay pipe.mcap --once", "replay pipe.jsonl"),
+        *("fork pipe.mcap --at 1", "diff pipe.jsonl pipe.mcap", "convert pipe.xml"),
+        *("reproduce pipe.mcap -o case", "falsify square --within pipe.yaml"),
+        *("sweep square --fault-plan pipe.yaml", "serve --site pipe.yaml"),
+        "servers --ros-args --params-file pipe.yaml",
+    ],
+)
+def test_a_pipe_in_place_of_a_file_is_refused_and_never_waited_for(
+    cli: CommandLine, line: str
+) -> None:
+    """Nobody may ever write to it."""
+    for suffix in ("yaml", "mcap", "jsonl", "xml"):
+        os.mkfifo(f"pipe.{suffix}")
+    assert cli.call(line) == 2
+    assert "expected a file, got a device or pipe" in cli.out + cli.err

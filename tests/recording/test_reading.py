@@ -101,7 +101,7 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, data: bytes | None, wha
 
 def test_a_folder_is_refused(tmp_path: Path) -> None:
     """As the system says it."""
-    with pytest.raises(RecordingError, match="cannot read it: Is a directory"):
+    with pytest.raises(RecordingError, match="cannot read it: expected a file, got a folder"):
         read(tmp_path)
 
 

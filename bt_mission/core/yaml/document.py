@@ -5,12 +5,15 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, Severity, diagnostic_at
+from bt_mission.core.files import open_file
 from bt_mission.core.yaml.composer import Place, compose, split_lines
 
 MAX_BYTES = 1_000_000
@@ -125,31 +128,35 @@ def read(path: str | Path) -> Document:
 
 def read_source(path: str | Path) -> str:
     """Return the text of a file. Raises InputError; a file that is too large is refused unread."""
-    contents = _contents(Path(path), str(path))
+    return text_of(contents(path), str(path))
+
+
+def text_of(contents: bytes, file: str) -> str:
+    """Return the contents of a file as text. Raises InputError with the place of the error."""
     try:
         return contents.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         *before, last = contents[: error.start].split(b"\n")
         column = len(last.decode("utf-8", "replace")) + 1
         message = f"expected text in UTF-8, got the byte 0x{contents[error.start]:02x}"
-        raise InputError(
-            [Diagnostic("BT-102", message, str(path), len(before) + 1, column)]
-        ) from error
+        raise InputError([Diagnostic("BT-102", message, file, len(before) + 1, column)]) from error
 
 
-def _contents(path: Path, file: str) -> bytes:
+def contents(path: str | Path, *, follows: bool = True) -> bytes:
+    """Return all of a file that is not too large. Raises InputError; see `open_file`."""
+    file = str(path)
     try:
-        if path.is_dir():
-            raise InputError([Diagnostic("BT-101", "expected a file, got a folder", file)])
-        if not path.exists():
-            raise InputError([Diagnostic("BT-101", "no such file", file)])
-        if not path.is_file():
-            raise InputError([Diagnostic("BT-101", "expected a file, got a device or pipe", file)])
-        _refuse_size(path.stat().st_size, file)
-        with path.open("rb") as stream:
-            contents = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError([Diagnostic("BT-101", f"cannot read the file: {reason}", file)]) from error
-    _refuse_size(len(contents), file)
-    return contents
+        with open_file(path, follows=follows) as stream:
+            _refuse_size(os.fstat(stream.fileno()).st_size, file)
+            whole = stream.read(MAX_BYTES + 1)
+    except (FileNotFoundError, NotADirectoryError, ValueError) as error:
+        raise InputError([Diagnostic("BT-101", "no such file", file)]) from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        if error.errno == errno.ELOOP:
+            reason = "no such file"
+        elif not reason.startswith("expected"):
+            reason = f"cannot read the file: {reason}"
+        raise InputError([Diagnostic("BT-101", reason, file)]) from error
+    _refuse_size(len(whole), file)
+    return whole
