@@ -55,7 +55,7 @@ COMMANDS = {
         edit,
         "Serves an editor for missions on a page of this machine: the text, the tree as a drawing, "
         "and runs on the stage. Every change in the drawing is a change of the text, and of no "
-        "other line. Unsaved text is kept beside its file, as .NAME.unsaved.",
+        "other line. Unsaved text is kept beside its file, as .NAME.PAGE.unsaved.",
         (
             Option(
                 "file",

@@ -11,9 +11,10 @@ import secrets
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from io import BufferedWriter
 from pathlib import Path, PurePosixPath
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 from bt_mission.core.errors import BtMissionError
 
@@ -60,40 +61,49 @@ def make_folder_of(path: Path) -> None:
         raise cannot_write(path, error) from error
 
 
-def write_file(path: Path, content: str | bytes) -> None:
-    """Write all of a file; a text as UTF-8.
+def write_file(
+    path: Path, content: str | bytes, *, mode: int | None = None, follows: bool = True
+) -> None:
+    """Write all of a file; a text as UTF-8. See `new_file`.
 
     Raises:
         BtMissionError: It cannot be written. An existing file is unchanged.
     """
-    with new_file(path) as stream:
+    with new_file(path, mode=mode, follows=follows) as stream:
         stream.write(content if isinstance(content, bytes) else content.encode(errors="replace"))
 
 
 @contextmanager
-def new_file(path: Path) -> Iterator[BinaryIO]:
+def new_file(path: Path, *, mode: int | None = None, follows: bool = True) -> Iterator[BinaryIO]:
     """Open a file to write all of it; it gets its name at the end of the block.
+
+    Args:
+        path: Its path.
+        mode: Its permissions; None are those of an existing file, or those of the user's new files.
+        follows: Whether the target of a symbolic link is written; if not, the link is replaced.
 
     Raises:
         BtMissionError: It cannot be written. An existing file is unchanged.
     """
     try:
-        target = path.resolve()
-        if _is_special(target):
+        target = path.resolve() if follows else path
+        if follows and _is_special(target):
             with target.open("wb") as stream:
                 yield stream
             return
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         try:
-            with part.open("xb") as stream:
+            # Nobody may read meanwhile who may not read the file.
+            with _opened(part, "xb", _mode_of(target) if mode is None else mode) as stream:
                 yield stream
-                _finish(stream, target)
+                if mode is None:
+                    _finish(stream, target)
             part.replace(target)
         except BaseException:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
             raise
-    except OSError as error:
+    except (OSError, RuntimeError) as error:  # RuntimeError: a ring of links
         raise cannot_write(path, error) from error
 
 
@@ -125,7 +135,9 @@ class OutputFile:
                 target = path.resolve() if path.is_symlink() else path
                 name = f"{target.stem[:LONGEST_STEM]}.part{target.suffix}"
                 self.place = target.with_name(name)
-            self.stream = self.place.open("wb") if stream is None else stream
+            if stream is None:
+                stream = _opened(self.place, "wb", _mode_of(path))
+            self.stream = stream
         except OSError as error:
             raise cannot_write(path, error) from error
 
@@ -176,14 +188,28 @@ class OutputFile:
         self.place = self.path
 
 
-def cannot_write(path: Path, error: OSError) -> BtMissionError:
+def cannot_write(path: Path, error: OSError | RuntimeError) -> BtMissionError:
     """Return the error for a file that cannot be written."""
-    return BtMissionError(f"cannot write {path}: {error.strerror or error}", code="BT-1103")
+    reason = getattr(error, "strerror", None) or error
+    return BtMissionError(f"cannot write {path}: {reason}", code="BT-1103")
 
 
 def _is_special(path: Path) -> bool:
     """Return whether it is a device, a pipe, or a folder, which cannot be opened."""
     return path.exists() and not path.is_file()
+
+
+def _opened(path: Path, how: Literal["wb", "xb"], mode: int) -> BinaryIO:
+    """Open a file to write it; a new one gets its permissions at once."""
+    return open(path, how, opener=partial(os.open, mode=mode))
+
+
+def _mode_of(target: Path) -> int:
+    """Return the permissions of a file; those of a new one are cut by the user's mask."""
+    try:
+        return stat.S_IMODE(target.stat().st_mode)
+    except FileNotFoundError:
+        return 0o666
 
 
 def _finish(stream: BinaryIO, target: Path) -> None:

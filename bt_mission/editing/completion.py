@@ -7,22 +7,26 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from bt_mission.core import files
-from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
+from bt_mission.editing.checks import permissions
 from bt_mission.editing.source import CHILD_KEYS, LIST_KEYS
 from bt_mission.editing.vocabulary import FieldFacts, KindFacts, kinds, mission_fields
 from bt_mission.language.expressions.functions import FUNCTIONS
 from sim.world.loader import load_world
 
-_KEY = re.compile(
-    r"""(?P<margin>[ ]*)(?P<dashes>(?:-[ ]+)*)(?P<key>[^\s:#'"{\[][^:#]*?)?[ ]*(?::|$)"""
-)
-_WORD = re.compile(r"[\w./-]*$")
-_NAMES = re.compile(r"^ *(?:- +)?(?:set|outputs|inputs|needs): *\{([^}]*)\}", re.MULTILINE)
-_PAIR = re.compile(r"([A-Za-z_]\w*): *([^,}]*)")
+LONGEST_LINE = 10_000
+"""Characters of a line in which there is completion. No mission that a person writes has more."""
+
+# Each of these takes a time that grows as the text does, whatever the text.
+_DASHES = re.compile(r"[ ]*(?:-[ ]+)*")
+_COMMENT = re.compile(r"(?:^|(?<=\s))#")
+_NAMES = re.compile(r"^ *(?:- +)?(?:set|outputs|inputs|needs): *\{([^}]{0,1000})\}", re.MULTILINE)
+_PAIR = re.compile(r"(?<![A-Za-z_0-9])([A-Za-z_]\w*): *([^,}]*)")
 
 
 @dataclass(frozen=True)
@@ -77,12 +81,25 @@ class _Line:
     key: str
 
 
+class LongLineError(BtMissionError):
+    """A line that is too long for completion."""
+
+    code = "BT-1301"
+
+
 def place_at(text: str, offset: int) -> Place:
-    """Return the context of an offset in a text."""
+    """Return the context of an offset in a text.
+
+    Raises:
+        LongLineError: Its line is too long.
+    """
     lines = text[:offset].split("\n")
     current = lines[-1]
-    word = _WORD.search(current)
-    place = Place(word=word.group() if word else "")
+    if len(current) > LONGEST_LINE:
+        raise LongLineError(
+            f"line {len(lines)}: no completion behind {LONGEST_LINE:,} characters of one line"
+        )
+    place = Place(word=_last_word(current, "./-"))
     before = current[: len(current) - len(place.word)]
     own = _line(current) or _Line(-1, len(current), "")
     opened = _brackets(before)
@@ -105,35 +122,48 @@ def place_at(text: str, offset: int) -> Place:
     return place
 
 
-def completion(text: str, offset: int, file: str = "") -> Completion:
-    """Return the words that fit at an offset."""
+def completion(
+    text: str, offset: int, file: str | Path = "", folder: Path | None = None
+) -> Completion:
+    """Return the words that fit at an offset.
+
+    Args:
+        text: The text.
+        offset: The place.
+        file: Of the text, which need not exist.
+        folder: A world is read from there and below, or is a shipped one; None is any.
+
+    Raises:
+        LongLineError: The line is too long.
+    """
     place = place_at(text, offset)
     wanted = place.word.lower()
     options = [
         option
-        for option in (_values(place, text, file) if place.key else _keys(place))
+        for option in (_values(place, text, file, folder) if place.key else _keys(place))
         if option.label.lower().startswith(wanted) or wanted in option.label.lower()
     ]
     options.sort(key=lambda facts: not facts.label.lower().startswith(wanted))
     return Completion(offset - len(place.word), tuple(options))
 
 
-def hover(text: str, offset: int, file: str = "") -> Option | None:
-    """Return what the word at an offset means, or None."""
+def hover(
+    text: str, offset: int, file: str | Path = "", folder: Path | None = None
+) -> Option | None:
+    """Return what the word at an offset means, or None. See `completion`."""
     rest = re.match(r"[\w./-]*", text[offset:])
     end = offset + (rest.end() if rest else 0)
     place = place_at(text, end)
     if not place.word:
         return None
-    known = _values(place, text, file) if place.key else _keys(place, is_all=True)
+    known = _values(place, text, file, folder) if place.key else _keys(place, is_all=True)
     return next((option for option in known if option.label == place.word), None)
 
 
 def definition(text: str, offset: int) -> int | None:
     """Return the offset at which the tree or variable of a word is defined, or None."""
     rest = re.match(r"[\w-]*", text[offset:])
-    before = re.search(r"[\w-]*$", text[:offset])
-    word = (before.group() if before else "") + (rest.group() if rest else "")
+    word = _last_word(text[:offset], "-") + (rest.group() if rest else "")
     if not word:
         return None
     for block in ("trees", "inputs", "places", "follow"):
@@ -154,15 +184,26 @@ def definition(text: str, offset: int) -> int | None:
 # ---- the context ---------------------------------------------------------------------------------
 
 
+def _last_word(text: str, signs: str) -> str:
+    """Return the letters, digits, underscores and signs at the end of a text."""
+    start = len(text)
+    while start and (
+        text[start - 1].isalnum() or text[start - 1] in signs or text[start - 1] == "_"
+    ):
+        start -= 1
+    return text[start:]
+
+
 def _line(line: str) -> _Line | None:
-    if not line.strip() or line.lstrip().startswith("#"):
-        return None
-    match = _KEY.match(line)
-    if match is None:
-        return None
-    margin, dashes = match["margin"], match["dashes"]
-    dash = len(margin) if dashes else -1
-    return _Line(dash, len(margin) + len(dashes), match["key"] or "")
+    match = _DASHES.match(line)
+    column = match.end() if match else 0
+    margin = len(line) - len(line.lstrip(" "))
+    comment = _COMMENT.search(line, column)
+    written = line[column : comment.start() if comment else len(line)].rstrip()
+    dash = margin if column > margin else -1
+    if written[:1] in ("", "'", '"', "{", "["):
+        return _Line(dash, column, "") if dash >= 0 else None
+    return _Line(dash, column, written.partition(":")[0].rstrip())
 
 
 def _brackets(before: str) -> list[str | None] | None:
@@ -178,11 +219,22 @@ def _brackets(before: str) -> list[str | None] | None:
         elif char in "'\"":
             quote = char
         elif char in "{[":
-            key = re.search(r"([\w.-]+)[ ]*:[ ]*$", before[:index])
-            opened.append(key[1] if key and opened else None)
+            opened.append((_key_before(before, index) or None) if opened else None)
         elif char in "}]" and opened:
             opened.pop()
     return opened or None
+
+
+def _key_before(text: str, end: int) -> str:
+    """Return the key whose value begins at an offset, if it is a plain word."""
+    while end and text[end - 1] == " ":
+        end -= 1
+    if not end or text[end - 1] != ":":
+        return ""
+    end -= 1
+    while end and text[end - 1] == " ":
+        end -= 1
+    return _last_word(text[:end], ".-")
 
 
 def _above(lines: Sequence[str], own: _Line, place: Place) -> list[str]:
@@ -286,7 +338,7 @@ def _of_field(facts: FieldFacts) -> Option:
     return Option(facts.keys[-1], f"{facts.keys[-1]}: ", words, text)
 
 
-def _values(place: Place, text: str, file: str) -> Iterator[Option]:
+def _values(place: Place, text: str, file: str | Path, folder: Path | None) -> Iterator[Option]:
     """Yield the values that fit."""
     key = place.key
     if not place.path and key in ("world", "robot"):
@@ -305,7 +357,7 @@ def _values(place: Place, text: str, file: str) -> Iterator[Option]:
             for name in kinds()[kind].feedback if kind in kinds() else ():
                 yield Option(name, name, "feedback")
     if key in ("pose", "poses", "target"):
-        yield from (Option(name, name, "place") for name in _places(text, file))
+        yield from (Option(name, name, "place") for name in _places(text, file, folder))
     yield from (Option(name, name, "variable") for name in variables(text))
     yield from (Option(name, f"{name}(", "function") for name in FUNCTIONS)
 
@@ -346,11 +398,11 @@ def _entries(text: str, block: str) -> list[str]:
     return [name for margin, name in match if len(margin) == least]
 
 
-def _places(text: str, file: str) -> Iterator[str]:
+def _places(text: str, file: str | Path, folder: Path | None) -> Iterator[str]:
     yield from _entries(text, "places")
     world = re.search(r"^world: *(\S+)", text, re.MULTILINE)
-    if world:
-        try:
-            yield from (zone.name for zone in load_world(world[1], near=file or None).zones)
-        except (BtMissionError, InputError):
-            return
+    path = files.look_for("worlds", world[1], file or None) if world else None
+    if path is None or (folder and not permissions(folder).allows(path, "worlds")):
+        return
+    with suppress(BtMissionError):
+        yield from (zone.name for zone in load_world(path).zones)

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import look_for
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import read_text
+from bt_mission.editing.checks import permissions
 from bt_mission.editing.source import dotted
 from bt_mission.editing.world_patches import SPAWN, values_of
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
@@ -17,13 +19,14 @@ from sim.world.loader import load_world
 from sim.world.world import SlipperyPatch, World, Zone
 
 
-def plan_of(text: str, path: Path, kind: str) -> dict[str, Any] | None:
+def plan_of(text: str, path: Path, kind: str, folder: Path) -> dict[str, Any] | None:
     """Return the plan of the world of a text; None if it cannot be read.
 
     Args:
         text: Of a world file, or of a file that names a world.
         path: Of the file, which need not exist.
         kind: Of the file.
+        folder: A world is read from there and below, or is a shipped one.
     """
     try:
         document = read_text(text, str(path))
@@ -33,8 +36,10 @@ def plan_of(text: str, path: Path, kind: str) -> dict[str, Any] | None:
             values = {dotted(thing["path"]): values_of(text, thing["path"]) for thing in things}
             return {**plan, "values": {**values, SPAWN: values_of(text, (SPAWN,))}}
         head = document.data if isinstance(document.data, Mapping) else {}
-        name = head.get("world") or DEFAULT_WORLD
-        return _plan(load_world(str(name), near=path))
+        file = look_for("worlds", str(head.get("world") or DEFAULT_WORLD), path)
+        if file is None or not permissions(folder).allows(file, "worlds"):
+            return None
+        return _plan(load_world(file))
     except BtMissionError:
         return None
 

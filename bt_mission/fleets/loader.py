@@ -91,7 +91,7 @@ class _Loader:
         self._document = document
         self._changes = changes
         self._diagnostics: list[Diagnostic] = []
-        self._files = NamedFiles(document, self._diagnostics)
+        self._files = NamedFiles(document, self._diagnostics, changes.permissions)
         self._declared: dict[str, Mapping[str, object]] = {}
         """The inputs of the missions that could be read, by the names of the robots."""
 
@@ -261,7 +261,12 @@ class _Loader:
         path = ("robots", name, "robot")
         near = Path(self._document.file)
         try:
-            load_robot(find("robots", self._files.beside(robot) or robot, near))
+            file = find("robots", self._files.beside(robot) or robot, near)
+            if not self._changes.permissions.allows(file, "robots"):
+                message = f"{quoted(robot)} is outside of the folder, and is not read"
+                self._note("BT-112", path, message)
+                return False
+            load_robot(file)
         except InputError as error:
             if any(diagnostic.line for diagnostic in error.diagnostics):
                 self._diagnostics += error.diagnostics

@@ -73,7 +73,7 @@ class _Loader:
         self._document = document
         self._changes = changes
         self._diagnostics: list[Diagnostic] = []
-        self._files = NamedFiles(document, self._diagnostics)
+        self._files = NamedFiles(document, self._diagnostics, changes.permissions)
 
     def load(self) -> tuple[Scenario | None, tuple[Diagnostic, ...]]:
         document = self._document

@@ -12,6 +12,7 @@ from bt_mission.core.files import is_file, kind_of, look_for, names
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission
+from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import document_of
 from sim.world.loader import load_world, world_in
@@ -24,11 +25,15 @@ class NamedFiles:
     Args:
         document: The file.
         faults: Receives every error and warning, each with its place.
+        permissions: The files that may be read.
     """
 
-    def __init__(self, document: Document, faults: list[Diagnostic]) -> None:
+    def __init__(
+        self, document: Document, faults: list[Diagnostic], permissions: Permissions = ANYTHING
+    ) -> None:
         self._document = document
         self._diagnostics = faults
+        self._permissions = permissions
 
     def text_of(self, written: Any, path: Sequence[str]) -> Document | None:
         """Read the text of a mission; None if it has an error.
@@ -78,7 +83,11 @@ class NamedFiles:
         try:
             if isinstance(written, dict):
                 return world_in(document, tuple(path))
-            return load_world(self.beside(written) or written, near=document.file)
+            file = self.beside(written) or look_for("worlds", written, document.file)
+            if file is not None and not self._permissions.allows(file, "worlds"):
+                self._refuse(written, path)
+                return None
+            return load_world(file or written, near=document.file)
         except InputError as error:
             first = error.diagnostics[0]
             if isinstance(written, dict) or first.line:
@@ -95,12 +104,19 @@ class NamedFiles:
         path = Path(self._document.file).parent / name
         return path if path.suffix and is_file(path) else None
 
+    def _refuse(self, name: str, path: Sequence[str]) -> None:
+        message = f"{quoted(name)} is outside of the folder, and is not read"
+        self._diagnostics.append(self._document.diagnostic("BT-112", path, message))
+
     def _mission_file(self, name: str, path: Sequence[str]) -> Path | None:
         file = self.beside(name) or look_for("missions", name, near=self._document.file)
         if file is None:
             message = f"no such mission: {quoted(name)}, beside this file or among the shipped ones"
             hint = did_you_mean(Path(name).stem, names("missions"))
             self._diagnostics.append(self._document.diagnostic("BT-110", path, message, hint))
+        elif not self._permissions.allows(file, "missions"):
+            self._refuse(name, path)
+            return None
         elif (kind := kind_of(file)) != "mission":
             message = f"{quoted(name)} is a {kind}; expected a mission"
             self._diagnostics.append(self._document.diagnostic("BT-111", path, message))

@@ -6,7 +6,13 @@ import re
 
 import pytest
 
-from bt_mission.editing.completion import completion, definition, hover
+from bt_mission.editing.completion import (
+    LONGEST_LINE,
+    LongLineError,
+    completion,
+    definition,
+    hover,
+)
 
 TEXT = """\
 mission: explore
@@ -55,6 +61,20 @@ def test_words_fit_their_place(number: int) -> None:
     proposed = completion("".join(PARTS), len("".join(PARTS[:number])))
     options = [option.label for option in proposed.options]
     assert options[: len(EXPECTED[number])] == EXPECTED[number]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["a", *"[{ -'.", "- ", "a: {", "a:  [", "set: {", "a #", "outputs: {a: ", "trees: {look: "],
+)
+def test_the_longest_line_is_read_once(line: str) -> None:
+    """Also among long lines above and below; of a line that is longer the error says so."""
+    long = line * (LONGEST_LINE // len(line))
+    above, below = f"tree:\n{line * 50_000}\n", f"!\n{line * 50_000}\n"
+    completion(f"{above}{long}{below}", len(above) + len(long))
+    definition(f"{above}{long}{below}", len(above) + len(long))
+    with pytest.raises(LongLineError, match=r"line 3: no completion behind 10,000 characters"):
+        completion(f"{above}{'x' * 32_000}", len(above) + 32_000)
 
 
 def test_hover_says_unit_range_and_meaning() -> None:

@@ -45,8 +45,8 @@ from bt_mission.views.web.gate import FRAMED_HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions
 
 LONGEST_BODY = 4 * MAX_BYTES
-LEADER_S = 4.0
-"""Wall time without a message of a page after which another page may edit its file."""
+ASLEEP_S = 4.0
+"""Wall time without a message of a page after which it sleeps, or was closed without a word."""
 
 MOST_FAULTS = 50
 SPEEDS = ("1", "4", "16")
@@ -54,14 +54,34 @@ PROOF_BUDGET = "20s"
 
 
 class RequestError(BtMissionError):
-    """A request that is not one of our page."""
+    """A request that is not one of our page, or whose text is none."""
 
     code = "BT-1302"
 
 
+class _Turn:
+    """What is done one at a time: others are told so, and do not wait."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._is_taken = False
+
+    def __enter__(self) -> None:
+        if self._is_taken:
+            raise EditError(f"{self._what} is being started or stopped: try again in a moment")
+        self._is_taken = True
+
+    def __exit__(self, *_: object) -> None:
+        self._is_taken = False
+
+
 @dataclass
 class _Shared:
-    """A file that pages have open: one of them edits it, the others follow."""
+    """A file that pages have open: one of them edits it, the others follow.
+
+    Another page edits it when a person says so there, or when this one was closed or has opened
+    another file; never because it sleeps, since it may have unsaved text.
+    """
 
     leader: str = ""
     text: str | None = None
@@ -86,10 +106,15 @@ class EditServer(PageServer):
         self._shared: dict[str, _Shared] = {}
         self._run: Child | None = None
         self._proof: Child | None = None
+        self._turns = {what: _Turn(what) for what in ("a run", "a proof", "a revision")}
+        self._is_closing = False
         self._keeps_ready = keeps_ready and not options.is_read_only
         self._spare: Spare | None = None
+        self._folder: Path | None = None
+        """That of the recordings, while the editor is served."""
+        self._runs = 0
         self._recording: Path | None = None
-        """That of the last run, while the editor is served."""
+        """That of the last run."""
         self._watch = render("views/web/page/index.html").encode()
         self._is_read_only = options.is_read_only
         if not options.is_read_only:
@@ -99,6 +124,9 @@ class EditServer(PageServer):
             "files": self._list,
             "open": self._open,
             "state": self._state,
+            "leave": self._leave,
+            "keep": self._keep,
+            "drop": self._drop,
             "check": self._check,
             "look": self._look_at,
             "act": _act,
@@ -140,11 +168,12 @@ class EditServer(PageServer):
     async def serve(self, until: Callable[[], bool]) -> None:
         """Serve until a condition is true, then end the run and the proof."""
         with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-            self._recording = Path(folder) / "run.mcap"
+            self._folder = Path(folder)
             self._get_ready()
             try:
                 await super().serve(until)
             finally:
+                self._is_closing = True
                 for child in (self._run, self._proof):
                     if child is not None:
                         await child.stop()
@@ -162,6 +191,11 @@ class EditServer(PageServer):
                 facts = await given if asyncio.iscoroutine(given) else given
             except ClientDisconnect:
                 return Response(status_code=400)
+            except RequestError as error:
+                return JSONResponse({"error": str(error), "code": error.code}, status_code=400)
+            except RecursionError:
+                facts = {"error": "the text is nested too deeply", "code": "BT-103"}
+                return JSONResponse(facts, status_code=400)
             except ConflictError as error:
                 facts = {"error": str(error), "code": error.code, "theirs": error.theirs}
             except InputError as error:
@@ -177,34 +211,62 @@ class EditServer(PageServer):
     def _list(self, _: dict[str, Any]) -> dict[str, Any]:
         return {
             "files": self._workspace.files(),
-            "folder": str(self._workspace.root),
+            "hidden": self._workspace.hidden(),
             "is_read_only": self._is_read_only,
             "is_single": self._workspace.only is not None,
         }
 
     def _open(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return a file, with the unsaved texts of pages that do not edit it now."""
         name = _text(asked, "name")
-        loaded = self._workspace.read(name)
-        return {"name": name, "text": loaded.text, "draft": self._workspace.draft(name)}
+        shared = self._shared.get(name)
+        editing = shared.leader if shared else None
+        drafts = [asdict(each) for each in self._workspace.drafts(name) if each.page != editing]
+        return {"name": name, "text": self._workspace.read(name).text, "drafts": drafts}
 
     def _state(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return who edits a file, with the text for pages that follow."""
         name, page = _text(asked, "name"), _text(asked, "page")
         disk = self._workspace.read(name).text if self._workspace.path(name).exists() else None
         shared = self._shared.setdefault(name, _Shared())
-        is_free = not shared.leader or shared.seen.elapsed_s > LEADER_S or asked.get("take")
-        if shared.leader == page or is_free:
+        if not shared.leader or shared.leader == page or asked.get("take"):
             shared.leader, shared.seen = page, Stopwatch()
             if isinstance(asked.get("text"), str):
                 shared.text = asked["text"]
             is_changed = "base" in asked and (disk or "") != asked["base"]
             return {"leads": True, "is_changed": is_changed, "exists": disk is not None}
-        return {"leads": False, "text": disk if shared.text is None else shared.text}
+        text = (disk or "") if shared.text is None else shared.text
+        return {"leads": False, "text": text, "is_asleep": shared.seen.elapsed_s > ASLEEP_S}
+
+    def _leave(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Let other pages edit a file that a page does not show any more."""
+        shared = self._shared.get(_text(asked, "name"))
+        if shared is not None and shared.leader == _text(asked, "page"):
+            del self._shared[_text(asked, "name")]
+        return {}
+
+    def _keep(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Keep the unsaved text of a page beside its file."""
+        name, page, text = (_text(asked, key) for key in ("name", "page", "text"))
+        if self._is_read_only:
+            return {"lost": ""}
+        return {"lost": self._workspace.keep_draft(name, page, text)}
+
+    def _drop(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Delete unsaved texts that a person does not want."""
+        self._refuse_read_only()
+        self._workspace.drop_drafts(_text(asked, "name"), _texts(asked, "pages"))
+        return {}
 
     def _save(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Write a file. The unsaved texts of the page that it was made of are deleted."""
         self._refuse_read_only()
-        name, text, base = (_text(asked, key) for key in ("name", "text", "base"))
+        name, text, base, page = (_text(asked, key) for key in ("name", "text", "base", "page"))
+        shared = self._shared.get(name)
+        if shared is not None and shared.leader not in ("", page):
+            raise EditError("another page edits this file; take over to save it")
         self._workspace.save(name, text, base, is_forced=bool(asked.get("is_forced")))
+        self._workspace.drop_drafts(name, [page, *_texts(asked, "restored")])
         return {"text": text}
 
     def _create(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -231,17 +293,15 @@ class EditServer(PageServer):
 
     def _check(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Check a text, and keep it beside its file as long as it is not saved."""
-        facts = self._look_at(asked)
-        if not self._is_read_only:
-            facts["lost"] = self._workspace.keep_draft(_text(asked, "name"), _text(asked, "text"))
-        return facts
+        kept = self._keep(asked)  # whatever the check finds
+        return self._look_at(asked) | kept
 
     def _look_at(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the marks and the nodes of a text."""
         text, path = _text(asked, "text"), self._workspace.path(_text(asked, "name"))
         kind = kind_of_text(text)
         units = _units(text)
-        notes = marks(check_text(text, path, kind), text, path)
+        notes = marks(check_text(text, path, kind, self._workspace.root), text, path)
         for mark in notes:
             mark["from"], mark["to"] = units(mark["from"]), units(mark["to"])
         shown = _boxes(text) if kind == "mission" else []
@@ -250,19 +310,21 @@ class EditServer(PageServer):
     def _complete(self, asked: dict[str, Any]) -> dict[str, Any]:
         text, offset = _placed(asked)
         path = self._workspace.path(_text(asked, "name"))
-        words = completion(text, offset, str(path))
+        words = completion(text, offset, path, self._workspace.root)
         options = [asdict(option) for option in words.options]
         return {"from": _units(text)(words.start), "options": options}
 
     def _hover(self, asked: dict[str, Any]) -> dict[str, Any]:
         text, offset = _placed(asked)
-        option = hover(text, offset, str(self._workspace.path(_text(asked, "name"))))
+        path = self._workspace.path(_text(asked, "name"))
+        option = hover(text, offset, path, self._workspace.root)
         return {"option": None if option is None else asdict(option)}
 
     def _plan(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the plan of the world of a text."""
         path = self._workspace.path(_text(asked, "name"))
-        return {"plan": plan_of(_text(asked, "text"), path, kind_of_text(_text(asked, "text")))}
+        text = _text(asked, "text")
+        return {"plan": plan_of(text, path, kind_of_text(text), self._workspace.root)}
 
     def _scenario(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the scenario file of a mission with faults, with its errors, or write it."""
@@ -281,37 +343,49 @@ class EditServer(PageServer):
             raise EditError(f"save {path.name} first: the scenario runs the file")
         title = Path(file).stem.replace("_", " ")
         written = scenario_text(title, path.name, _faults(asked), outcome)
-        wrong = check_text(written, path.with_name(Path(file).name), "scenario")
+        beside = path.with_name(Path(file).name)
+        wrong = check_text(written, beside, "scenario", self._workspace.root)
         errors = [str(each.message) for each in wrong if each.severity == "error"]
         return {"file": file, "scenario": written, "errors": errors}
 
     # ---- runs and proofs -----------------------------------------------------------------
 
     async def _start_run(self, asked: dict[str, Any]) -> dict[str, Any]:
-        await self._stop_run()
-        if asked.get("stop"):
-            return {}
-        words = [*_on_page(asked), f"--record={self._recording}", "--force"]
-        if asked.get("is_editable"):
-            words.append("--editable")
-        words += [f"--fault={fault}" for fault in _faults(asked)]
-        if asked.get("before"):
-            words.append(f"--pause-before={_text(asked, 'before')}")
-        self._run = self._child(asked, "run", words)
+        with self._turns["a run"]:
+            await self._stop_run()
+            if asked.get("stop"):
+                return {}
+            words = [*_on_page(asked), *(f"--fault={fault}" for fault in _faults(asked))]
+            if asked.get("is_editable"):
+                words.append("--editable")
+            if asked.get("before"):
+                words.append(f"--pause-before={_text(asked, 'before')}")
+            self._run = self._child(asked, "run", [*words, *self._to_new_recording()])
         return {}
+
+    def _to_new_recording(self) -> list[str]:
+        """Return the option for the recording of a run; that of the last run is deleted."""
+        if self._folder is None:
+            return []
+        if self._recording is not None:
+            self._recording.unlink(missing_ok=True)
+        self._runs += 1
+        self._recording = self._folder / f"run_{self._runs}.mcap"
+        return [f"--record={self._recording}"]
 
     async def _start_fork(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Continue the recorded run from an instant, with the text as another version of it."""
         at = asked.get("at")
         if type(at) not in (int, float):
             raise RequestError("'at' is not an instant")
-        await self._stop_run()
-        recording = self._recording
-        if recording is None or not recording.exists():
-            raise EditError("there is no run to continue: run the mission first")
-        words = [str(recording), f"--at={at}", *_on_page(asked), "--import-python"]
-        words += [*(f"--fault={fault}" for fault in _faults(asked)), "--mission"]
-        self._run = self._child(asked, "fork", words)
+        with self._turns["a run"]:
+            await self._stop_run()
+            recording = self._recording
+            if recording is None or not recording.exists():
+                raise EditError("there is no run to continue: run the mission first")
+            words = [str(recording), f"--at={at}", *_on_page(asked), "--import-python"]
+            words += [*(f"--fault={fault}" for fault in _faults(asked)), "--mission"]
+            self._run = self._child(asked, "fork", words)
         return {}
 
     async def _stop_run(self) -> None:
@@ -325,11 +399,12 @@ class EditServer(PageServer):
         executive = _text(asked, "executive")
         if executive.startswith("-"):
             raise RequestError("an invalid name")
-        child = self._child(asked, "revise", [*words, executive])
-        try:
-            await child.wait()
-        finally:
-            await child.stop()
+        with self._turns["a revision"]:
+            child = self._child(asked, "revise", [*words, executive])
+            try:
+                await child.wait()
+            finally:
+                await child.stop()
         lines = [*lines_of(child.output), *child.lines]
         return {"is_possible": child.code == 0, "lines": lines}
 
@@ -343,9 +418,10 @@ class EditServer(PageServer):
         return {"state": state, "lines": run.lines[-20:]}
 
     async def _start_proof(self, asked: dict[str, Any]) -> dict[str, Any]:
-        if self._proof is not None:
-            await self._proof.stop()
-        self._proof = self._child(asked, "prove", ["--json", f"--budget={PROOF_BUDGET}"])
+        with self._turns["a proof"]:
+            if self._proof is not None:
+                await self._proof.stop()
+            self._proof = self._child(asked, "prove", ["--json", f"--budget={PROOF_BUDGET}"])
         return {}
 
     def _proved(self, _: dict[str, Any]) -> dict[str, Any]:
@@ -357,6 +433,8 @@ class EditServer(PageServer):
     def _child(self, asked: dict[str, Any], command: str, words: Sequence[str]) -> Child:
         """Run a command with the text of a page."""
         self._refuse_read_only()
+        if self._is_closing:
+            raise EditError("the editor ends")
         trial = self._workspace.trial(_text(asked, "name"), _text(asked, "text"), command)
         spare = None
         if command in ("run", "fork"):
@@ -415,6 +493,13 @@ async def _body(request: Request) -> dict[str, Any]:
             raise RequestError(f"the request exceeds {LONGEST_BODY:,} bytes")
     try:
         asked = json.loads(body or b"{}")
+        json.dumps(asked, ensure_ascii=False).encode()
+    except UnicodeEncodeError as error:
+        before = error.object[: error.start]
+        raise RequestError(
+            f"the text has half a character, U+{ord(error.object[error.start]):04X}, which no file "
+            f"can hold, behind {json.dumps(before[-20:])}: delete it"
+        ) from None
     except (ValueError, RecursionError):
         raise RequestError("the request is not JSON") from None
     if not isinstance(asked, dict):
@@ -427,6 +512,13 @@ def _text(asked: Mapping[str, Any], key: str) -> str:
     if not isinstance(value, str):
         raise RequestError(f"'{key}' is missing")
     return value
+
+
+def _texts(asked: Mapping[str, Any], key: str) -> list[str]:
+    value = asked.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(part, str) for part in value):
+        raise RequestError(f"'{key}' is not a list of texts")
+    return list(value)
 
 
 def _path(asked: Mapping[str, Any], key: str) -> tuple[str | int, ...]:

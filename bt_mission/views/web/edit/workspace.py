@@ -3,26 +3,41 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
+from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES, kind_of
-from bt_mission.core.yaml.document import MAX_BYTES, read_source
+from bt_mission.core.output import write_file
+from bt_mission.core.yaml.document import MAX_BYTES, contents
+from bt_mission.views.web.edit.line_ends import Written
 
 MOST_FILES = 500
 MOST_LEVELS = 4
 """Folders below the root that are searched for files."""
 
+MOST_DRAFTS = 5
+"""Unsaved texts of a file that are offered."""
+
+LONGEST_NAME = 200
+"""Bytes of the name of a file; file systems take 255, also with the endings below."""
+
 UNSAVED, TRIAL = ".unsaved", ".yaml"
-"""Endings of the files beside a file: its unsaved text, and the text that a command uses."""
+"""Endings of the files beside a file: the unsaved texts of pages, and texts of commands."""
 COMMANDS = ("run", "fork", "prove", "revise")
 """The commands that use one."""
+
+_PAGE = re.compile(r"[0-9A-Za-z-]{1,36}", re.ASCII)
+_DRAFT = re.compile(r"\.(?P<name>.+\.ya?ml)(?:\.(?P<page>[0-9A-Za-z-]{1,36}))?\.unsaved", re.ASCII)
+_TRIAL = re.compile(rf"\..+\.(?P<process>\d+)-[0-9a-f]+\.(?:{'|'.join(COMMANDS)})\.yaml", re.ASCII)
+PRIVATE = 0o600
 
 
 class EditError(BtMissionError):
@@ -43,11 +58,13 @@ class ConflictError(BtMissionError):
 
 
 @dataclass(frozen=True)
-class Loaded:
-    """A file: its text with line feeds, and the line ends of the file."""
+class Draft:
+    """The unsaved text of a page; `page` is empty if it is not known."""
 
+    page: str
     text: str
-    newline: str
+    saved_s: float
+    """When, s since 1970."""
 
 
 class Workspace:
@@ -76,26 +93,33 @@ class Workspace:
         path = self.root / name
         is_valid = (
             path.suffix in SUFFIXES
-            and "\0" not in name
-            and len(name) < 250
+            and name.isprintable()
+            and _is_text(name)
+            and len(os.fsencode(path.name)) <= LONGEST_NAME
             and not any(part.startswith(".") for part in Path(name).parts)
             and (self.only is None or name == self.only)
         )
-        if not is_valid or not path.resolve().is_relative_to(self.root):
+        if not is_valid or not self._is_inside(path):
             raise EditError(f"{name!r} is not a YAML file of this folder")
         return path
 
-    def read(self, name: str) -> Loaded:
+    def _is_inside(self, path: Path) -> bool:
+        try:
+            return path.resolve().is_relative_to(self.root)
+        except (OSError, RuntimeError):  # a ring of links
+            return False
+
+    def read(self, name: str) -> Written:
         """Return a file; a new one is empty. Raises InputError or EditError."""
         path = self.path(name)
-        if not path.exists():
-            return Loaded("", "\n")
-        text = read_source(path)
-        newline = "\r\n" if "\r\n" in text and "\n" not in text.replace("\r\n", "") else "\n"
-        return Loaded(text.replace("\r\n", "\n") if newline == "\r\n" else text, newline)
+        if not os.path.lexists(path):
+            return Written()
+        return Written.of(contents(path), str(path))
 
     def save(self, name: str, text: str, base: str, *, is_forced: bool = False) -> None:
         """Replace a file as a whole, if its text is still the base.
+
+        Lines that have not changed keep their bytes. The target of a symbolic link is written.
 
         Raises:
             ConflictError: The file has changed.
@@ -104,9 +128,8 @@ class Workspace:
         path = self.path(name)
         now = self.read(name)
         if now.text != base and not is_forced:
-            raise ConflictError(name, now.text if path.exists() else None)
-        self._write(path, text.replace("\n", now.newline))
-        self.drop_draft(name)
+            raise ConflictError(name, now.text if os.path.lexists(path) else None)
+        _write(path, now.changed_to(text))
 
     def create(self, name: str) -> None:
         """Write an empty file in a folder that exists.
@@ -114,7 +137,7 @@ class Workspace:
         Raises:
             EditError: The name is taken or invalid, or the file cannot be written.
         """
-        self._write(self._free(name), "")
+        _write(self._free(name), b"")
 
     def rename(self, name: str, other: str) -> None:
         """Give a file another name in the folder, together with its unsaved text.
@@ -123,11 +146,11 @@ class Workspace:
             EditError: A name is invalid, the new one is taken, or the file cannot be renamed.
         """
         path, target = self._existing(name), self._free(other)
-        draft = self._beside(name, UNSAVED)
+        drafts = [(draft, self._draft(other, page)) for draft, page in self._drafts_of(name)]
         try:
             path.rename(target)
-            if draft.exists():
-                draft.rename(self._beside(other, UNSAVED))
+            for draft, renamed in drafts:
+                draft.rename(renamed)
         except OSError as error:
             raise EditError(f"{name}: cannot be renamed ({error.strerror})") from None
 
@@ -145,7 +168,7 @@ class Workspace:
             path.unlink()
         except OSError as error:
             raise EditError(f"{name}: cannot be deleted ({error.strerror})") from None
-        self.drop_draft(name)
+        self.drop_drafts(name, [page for _, page in self._drafts_of(name)])
 
     def _existing(self, name: str) -> Path:
         self._refuse_single()
@@ -177,86 +200,166 @@ class Workspace:
         names = (f"{stem}_{ending}{number or ''}.yaml" for number in count())
         return next(free for free in names if not (self.root / free).exists())
 
-    def draft(self, name: str) -> str | None:
-        """Return the unsaved text beside a file; None without one."""
-        try:
-            text = self._beside(name, UNSAVED).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError):
-            return None
-        return text if text != self.read(name).text else None
+    # ---- unsaved texts -------------------------------------------------------------------
 
-    def keep_draft(self, name: str, text: str) -> str:
-        """Keep unsaved text beside a file; return why it cannot be kept, or an empty text."""
+    def drafts(self, name: str) -> list[Draft]:
+        """Return the last unsaved texts beside a file that differ from it, the newest first."""
+        known = {self.read(name).text}
+        found = []
+        for path, page in self._drafts_of(name):
+            try:
+                text = Written.of(contents(path, follows=False), path.name).text
+                found.append(Draft(page, text, path.lstat().st_mtime))
+            except (InputError, OSError):  # a link, a pipe, another encoding: not of the editor
+                continue
+        newest = []
+        for draft in sorted(found, key=lambda draft: draft.saved_s, reverse=True):
+            if draft.text not in known:
+                known.add(draft.text)
+                newest.append(draft)
+        return newest[:MOST_DRAFTS]
+
+    def keep_draft(self, name: str, page: str, text: str) -> str:
+        """Keep the unsaved text of a page; return why it cannot be kept, or an empty text."""
         if len(text) > MAX_BYTES:
             return f"the text exceeds {MAX_BYTES:,} bytes"
         try:
             if text == self.read(name).text:
-                self.drop_draft(name)
+                self.drop_drafts(name, [page])
             else:
-                self._write(self._beside(name, UNSAVED), text)
+                path = self.path(name)
+                _write(self._draft(name, page), text.encode(), _mode_beside(path))
+        except InputError as error:
+            return error.on_one_line
         except BtMissionError as error:
             return str(error)
         return ""
 
-    def drop_draft(self, name: str) -> None:
-        """Delete the unsaved text beside a file."""
-        with suppress(OSError):
-            self._beside(name, UNSAVED).unlink()
+    def drop_drafts(self, name: str, pages: list[str]) -> None:
+        """Delete unsaved texts beside a file."""
+        for page in pages:
+            with suppress(OSError):
+                self._draft(name, page).unlink()
+
+    def _draft(self, name: str, page: str) -> Path:
+        if page and _PAGE.fullmatch(page) is None:
+            raise EditError("an invalid name of a page")
+        path = self.path(name)
+        return path.with_name(f".{path.name}{page and f'.{page}'}{UNSAVED}")
+
+    def _drafts_of(self, name: str) -> list[tuple[Path, str]]:
+        """Return the paths of unsaved texts of a file, with the names of their pages."""
+        path = self.path(name)
+        try:
+            names = os.listdir(path.parent)  # noqa: PTH208 - names only
+        except OSError:
+            return []
+        found = filter(None, map(_DRAFT.fullmatch, names))
+        return [
+            (path.with_name(match.string), match["page"] or "")
+            for match in found
+            if match["name"] == path.name
+        ]
+
+    # ---- texts of commands ---------------------------------------------------------------
 
     def trial(self, name: str, text: str, command: str) -> Path:
-        """Write a text beside its file, for a command; return its path."""
-        path = self._beside(name, f".{command}{TRIAL}")
-        self._write(path, text)
-        return path
+        """Write a text beside its file, for a command; return its path, which is a new one."""
+        path = self.path(name)
+        trial = path.with_name(f".{path.name}.{os.getpid()}-{token_hex(4)}.{command}{TRIAL}")
+        _write(trial, text.encode(), _mode_beside(path))
+        return trial
 
     def drop_trials(self) -> None:
-        """Delete the texts of commands that an editor has left behind which was killed."""
-        for row in self.files():
-            for command in COMMANDS:
-                with suppress(OSError):
-                    self._beside(row["name"], f".{command}{TRIAL}").unlink()
+        """Delete the texts of commands that editors have left behind which were killed."""
+        folders = {(self.root / row["name"]).parent for row in self.files()}
+        for folder in {self.root, *folders}:
+            with suppress(OSError):
+                for name in os.listdir(folder):  # noqa: PTH208 - names only
+                    match = _TRIAL.fullmatch(name)
+                    if match and not _runs(int(match["process"])):
+                        (folder / name).unlink()
 
-    def _beside(self, name: str, suffix: str) -> Path:
-        path = self.path(name)
-        return path.with_name(f".{path.name}{suffix}")
+    # ---- the folder ----------------------------------------------------------------------
+
+    def hidden(self) -> list[str]:
+        """Return the names of files that are not shown, since they are not text."""
+        return [] if self.only is not None else sorted(self._scan()[1])
 
     def _row(self, name: str) -> dict[str, Any]:
         path = self.root / name
         try:
             kind = kind_of(path) if path.exists() else "mission"
+            is_unsaved = bool(self._drafts_of(name))
         except BtMissionError:
-            kind = "mission"
-        return {"name": name, "kind": kind, "is_unsaved": self._beside(name, UNSAVED).exists()}
+            kind, is_unsaved = "mission", False
+        return {"name": name, "kind": kind, "is_unsaved": is_unsaved}
 
     def _names(self) -> Iterator[str]:
-        count = 0
+        return iter(self._scan()[0])
+
+    def _scan(self) -> tuple[list[str], set[str]]:
+        """Return the names of files, and those of files that are not text, as far as shown."""
+        shown: list[str] = []
+        hidden: set[str] = set()
         for folder, folders, names in os.walk(self.root):
             level = len(Path(folder).relative_to(self.root).parts)
             folders[:] = sorted(
                 sub for sub in folders if sub[0] not in "._" and level < MOST_LEVELS
             )
-            drafts = (name[1:].removesuffix(UNSAVED) for name in names if name.endswith(UNSAVED))
+            drafts = (match["name"] for match in map(_DRAFT.fullmatch, names) if match)
             for name in sorted({*names, *drafts}):
                 path = Path(folder) / name
-                is_shown = path.suffix in SUFFIXES and name[0] != "." and count < MOST_FILES
-                if is_shown and path.resolve().is_relative_to(self.root):
-                    count += 1
-                    yield str(path.relative_to(self.root))
+                if path.suffix not in SUFFIXES or name[0] == "." or len(shown) >= MOST_FILES:
+                    continue
+                inside = str(path.relative_to(self.root))
+                if not (_is_text(inside) and inside.isprintable()):
+                    hidden.add(os.fsencode(inside).decode("utf-8", "backslashreplace"))
+                elif self._is_inside(path):
+                    shown.append(inside)
+        return shown, hidden
 
-    @staticmethod
-    def _write(path: Path, text: str) -> None:
-        """Replace a file: either all of the new text is there afterwards, or the old one."""
-        try:
-            mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
-            with tempfile.NamedTemporaryFile(
-                "w", dir=path.parent, prefix=".", delete=False, encoding="utf-8", newline=""
-            ) as file:
-                file.write(text)
-            try:
-                Path(file.name).chmod(mode)
-                Path(file.name).replace(path)
-            except OSError:
-                Path(file.name).unlink()
-                raise
-        except OSError as error:
-            raise EditError(f"{path.name}: cannot be written ({error.strerror})") from None
+
+def _is_text(name: str) -> bool:
+    """Return whether a name can be written in UTF-8."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _mode_beside(path: Path) -> int:
+    """Return the permissions of a text beside a file: nobody else reads it than may read that."""
+    try:
+        return path.stat().st_mode & 0o777 | PRIVATE
+    except OSError:
+        return PRIVATE
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True
+
+
+def _write(path: Path, content: bytes, mode: int | None = None) -> None:
+    """Replace a file: either all of the new text is there afterwards, or the old one.
+
+    Args:
+        path: Of a file of the folder, whose target is written; or of one beside it, with a mode.
+        content: All of it.
+        mode: Its permissions; None keeps those of the file.
+
+    Raises:
+        EditError: It cannot be written.
+    """
+    try:
+        write_file(path, content, mode=mode, follows=mode is None)
+    except BtMissionError as error:
+        reason = str(error).partition(": ")[2]
+        raise EditError(f"{path.name}: cannot be written ({reason})") from None

@@ -2,6 +2,7 @@
 
 import { Drawing, keyOf } from "./drawing.js";
 import { ask, connected } from "./edit_api.js";
+import { Drafts } from "./edit_drafts.js";
 import { fileWindow, mergeWindow } from "./edit_files.js";
 import { foreseen } from "./edit_foresight.js";
 import { Form, Palette } from "./edit_form.js";
@@ -13,9 +14,9 @@ import { byId, element } from "./words.js";
 const CHECK_MS = 250;
 const STATE_MS = 1000;
 const KEPT_OUTLINES = 30;
-const page = crypto.randomUUID();
-const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0, round: 0, boxes: [] };
-let vocabulary, text, drawing, form, palette, runs, plan, faults, world;
+const newPage = () => crypto.randomUUID().slice(0, 8); // each opened text has a name of its own
+const at = { name: "", page: newPage(), base: "", kept: "", restored: [], leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0, round: 0, boxes: [] };
+let vocabulary, text, drafts, drawing, form, palette, runs, plan, faults, world;
 let checkTimer = 0;
 let acts = Promise.resolve();
 const outlines = new Map(); // the boxes of the last texts, for undo
@@ -99,7 +100,7 @@ async function check() {
   const written = text.text;
   let answer;
   try {
-    answer = await ask("check", { name: at.name, text: written });
+    answer = await ask("check", { name: at.name, page: at.page, text: written });
     connected("connected", false);
   } catch (error) {
     connected(error.message || "disconnected; the text is kept in this page", true);
@@ -107,10 +108,11 @@ async function check() {
   }
   if (written !== text.text) return;
   if (answer.error) { refuse(answer.error); return; }
+  at.kept = answer.lost ? null : written;
   at.marks = answer.marks;
   text.mark(answer.marks);
   await becomeKind(answer.kind);
-  banner("lost", answer.lost && `Unsaved text cannot be kept beside the file: ${answer.lost}`, [], true);
+  drafts.tell(answer.lost);
   showBoxes(answer.boxes);
   showProblems();
   showState();
@@ -403,6 +405,7 @@ async function saveScenario() {
 async function listFiles() {
   const answer = await ask("files");
   at.isReadOnly = answer.is_read_only;
+  if (answer.hidden.length) banner("hidden", `Not shown, since the name is not plain text in UTF-8: ${answer.hidden.join(", ")}`, [["Close", () => {}]]);
   at.kinds = new Map(answer.files.map((one) => [one.name, one.kind]));
   byId("run").disabled = byId("run-to").disabled = byId("prove").disabled = at.isReadOnly;
   byId("file-acts").hidden = at.isReadOnly || answer.is_single;
@@ -418,7 +421,13 @@ async function listFiles() {
 
 async function openFile(name) {
   const opened = await ask("open", { name });
-  if (opened.error) { refuse(opened.error); byId("files").value = at.name; return; }
+  const stay = (words) => { refuse(words); byId("files").value = at.name; };
+  if (opened.error) { stay(opened.error); return; }
+  try {
+    await drafts.keep();
+    await drafts.leave();
+  } catch (error) { stay(`${error.message}; save it before you open another file.`); return; }
+  clearTimeout(checkTimer);
   for (const one of [...byId("banners").children]) one.remove();
   byId("proof").hidden = true;
   drawing.findings = new Map();
@@ -426,29 +435,25 @@ async function openFile(name) {
   Object.assign(at, { kind: at.kinds.get(name) ?? "mission" });
   plan.plan = null;
   plan.chosen = "";
-  Object.assign(at, { name, base: opened.text, leads: true, marks: [], isConflict: false });
+  Object.assign(at, { name, base: opened.text, kept: opened.text, page: newPage(), restored: [], leads: true, marks: [], isConflict: false });
   text.open(name, opened.text);
   text.setEditable(true);
   at.boxes = [];
   outlines.clear();
   drawing.selected = keyOf([]);
   drawing.show([]);
-  if (opened.draft !== null) {
-    banner("draft", `Unsaved text of ${name} was found beside the file.`, [
-      ["Restore it", () => text.replace(opened.draft)], ["Ignore it", () => {}],
-    ]);
-  }
+  drafts.offer(opened.drafts);
   await showMap(isWorld());
   offerTexts();
   byId("files").value = name;
   location.hash = encodeURIComponent(name);
   await share();
-  if (at.leads && opened.draft === null) await check();
+  if (at.leads) await check();
   else await look();
   drawing.orient();
 }
 
-// Shows the drawing without a check, which would replace the unsaved text beside the file.
+// Shows the drawing of a text that another page edits.
 async function look() {
   const answer = await ask("look", { text: text.text, name: at.name });
   at.marks = answer.marks;
@@ -460,10 +465,12 @@ async function look() {
 
 async function save(isForced = false) {
   const written = text.text;
-  const answer = await ask("save", { name: at.name, text: written, base: at.base, is_forced: isForced });
+  const answer = await ask("save", { name: at.name, page: at.page, text: written, base: at.base, is_forced: isForced, restored: at.restored });
   if ("theirs" in answer) { showConflict(answer.theirs); return; }
   if (answer.error) { refuse(answer.error); return; }
   at.base = written;
+  at.kept = text.text === written ? written : null;
+  at.restored = [];
   at.isConflict = false;
   banner("conflict", "");
   banner("saved", "Saved.");
@@ -487,7 +494,7 @@ async function openNext(name) {
   const files = await listFiles();
   const next = name ?? files[0]?.name;
   if (next) await openFile(next);
-  else { at.name = ""; at.base = ""; text.replace(""); drawing.show([]); showState(); }
+  else { at.name = ""; at.base = at.kept = ""; text.replace(""); drawing.show([]); showState(); }
 }
 
 async function showDifference() {
@@ -501,10 +508,14 @@ async function showDifference() {
 // Tells the server that the page is here; of two pages with one file, the second follows.
 async function share(isTaking = false) {
   if (!at.name) return;
-  const facts = { name: at.name, page, base: at.base, take: isTaking };
+  const { name, page } = at;
+  const facts = { name, page, base: at.base, take: isTaking };
   if (at.leads || isTaking) facts.text = text.text;
   const answer = await ask("state", facts);
+  if (page !== at.page) return;
+  if (answer.error) { refuse(answer.error); return; }
   connected("connected", false);
+  if (at.leads && !answer.leads && isUnsaved() && text.text !== answer.text) await drafts.keepMine(() => share(true));
   if (answer.leads !== at.leads) text.setEditable(answer.leads);
   at.leads = answer.leads;
   if (answer.leads) {
@@ -516,7 +527,8 @@ async function share(isTaking = false) {
       banner("conflict", words, at.compare ? [["Compare", at.compare]] : []);
     }
   } else {
-    if (!byId("banner-follows")) banner("follows", "Another page edits this file; this one follows.", [["Take over", () => share(true)]]);
+    const words = answer.is_asleep ? "Another page edits this file, and sleeps or was lost; this one shows its text." : "Another page edits this file; this one follows.";
+    if (byId("banner-follows")?.firstChild.textContent !== words) banner("follows", words, [["Take over", () => share(true)]]);
     if (answer.text !== text.text) { text.open(at.name, answer.text); text.setEditable(false); at.marks = []; await look(); }
   }
   showState();
@@ -538,7 +550,7 @@ function listen() {
   byId("undo").addEventListener("click", () => text.undo());
   byId("redo").addEventListener("click", () => text.redo());
   byId("save").addEventListener("click", showDifference);
-  byId("file-acts").addEventListener("click", () => fileWindow(at, openWindow, refuse, openNext));
+  byId("file-acts").addEventListener("click", () => fileWindow(at, openWindow, refuse, () => drafts.keep(), openNext));
   byId("files").addEventListener("change", () => openFile(byId("files").value));
   byId("run").addEventListener("click", () => run(""));
   byId("run-to").addEventListener("click", () => wanted("run-to"));
@@ -563,7 +575,9 @@ function listen() {
   });
   byId("show-keys").addEventListener("click", () => byId("keys").showModal());
   byId("close-keys").addEventListener("click", () => byId("keys").close());
-  window.onbeforeunload = (event) => { if (isUnsaved() && at.leads) event.preventDefault(); };
+  window.onbeforeunload = (event) => { if (isUnsaved() && at.leads) { drafts.keep().catch(() => {}); event.preventDefault(); } };
+  window.onpagehide = () => navigator.sendBeacon("api/leave", JSON.stringify({ name: at.name, page: at.page }));
+  document.addEventListener("visibilitychange", () => { if (document.hidden) drafts.keep().catch((error) => drafts.tell(error.message)); });
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const setTheme = (theme) => { document.documentElement.dataset.theme = theme; };
   dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
@@ -637,7 +651,8 @@ async function begin() {
   text = new TextPane(changed, (offset) => {
     const box = drawing.innermost(offset);
     if (box && keyOf(box.path) !== drawing.selected) drawing.choose(box, false);
-  });
+  }, refuse);
+  drafts = new Drafts(at, text, banner, refuse);
   palette = new Palette(vocabulary.kinds, (event, kind) => { event.preventDefault(); drawing.drag(event, { kind }); }, insert);
   runs = new RunPane((statuses, breakpoints) => {
     const paths = runPaths(drawing);

@@ -8,7 +8,7 @@ export async function ask(name, facts = {}) {
     headers: { "Content-Type": "application/json" },
     body: JSON.stringify(facts),
   }).catch(() => { throw new Error("The editor cannot be reached"); });
-  if (!answer.ok) throw new Error((await answer.text()).trim());
+  if (answer.headers.get("Content-Type") !== "application/json") throw new Error((await answer.text()).trim());
   return answer.json();
 }
 

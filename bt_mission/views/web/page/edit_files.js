@@ -4,13 +4,17 @@ import { ask } from "./edit_api.js";
 import { element } from "./words.js";
 
 // Asks for a name and what to do with it. `done` gets the file to open next; null is any other one.
-export function fileWindow(at, openWindow, refuse, done) {
+export function fileWindow(at, openWindow, refuse, keep, done) {
   const name = element("input", "");
   Object.assign(name, { id: "file-name", value: at.name, spellcheck: false, autocomplete: "off" });
   const perform = async (act, facts) => {
-    const answer = await ask(act, facts);
-    if (answer.error) refuse(answer.error);
-    else await done(answer.name ?? null);
+    try {
+      await keep();
+      const answer = await ask(act, facts);
+      if (answer.error) { refuse(answer.error); return; }
+      if (act !== "create") at.name = "";
+      await done(answer.name ?? null);
+    } catch (error) { refuse(error.message); }
   };
   const other = () => name.value.trim();
   const sure = () => openWindow(`Delete ${at.name}?`, [element("p", "", "The file and its unsaved text are deleted from the disk.")], [

@@ -61,9 +61,10 @@ const range = cm.StateField.define({
 const HIDDEN = /[\p{Cf}\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2029\u3164\uffa0\u{e0100}-\u{e01ef}]/u;
 
 export class TextPane {
-  // onChange(isTyped): the text has changed. onCursor(offset): the cursor is elsewhere.
-  constructor(onChange, onCursor) {
+  // onChange(isTyped): the text has changed. onCursor(offset): the cursor is elsewhere. refuse(words): shows an error.
+  constructor(onChange, onCursor, refuse) {
     this.name = "";
+    this.refuse = refuse;
     this.onCursor = onCursor;
     const root = byId("text").attachShadow({ mode: "open" });
     this.editable = new cm.Compartment();
@@ -148,6 +149,7 @@ export class TextPane {
     const before = context.matchBefore(/[\w$./-]*/);
     if (!context.explicit && !/[\w$]$/.test(before?.text ?? "")) return null;
     const answer = await ask("complete", { name: this.name, text: context.state.doc.toString(), at: context.pos }).catch(() => null);
+    if (answer?.error && context.explicit) this.refuse(answer.error);
     if (!answer?.options?.length) return null;
     // Enter behind a whole word ends the line.
     const word = context.state.sliceDoc(answer.from, context.pos);

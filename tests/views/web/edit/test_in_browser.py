@@ -101,6 +101,17 @@ class Editor(Screen):
         await self.call("Input.dispatchKeyEvent", type="keyDown", text=text, **facts)
         await self.call("Input.dispatchKeyEvent", type="keyUp", **facts)
 
+    async def value(self, promise: str) -> Any:
+        """Return what a promise of JavaScript gives."""
+        call = partial(
+            self.page.call,
+            "Runtime.evaluate",
+            expression=promise,
+            awaitPromise=True,
+            returnByValue=True,
+        )
+        return (await asyncio.to_thread(call))["result"]["value"]
+
     async def add(self, kind: str) -> None:
         """Add a node by the keys of the tree."""
         await self.look("document.getElementById('drawing').focus()")
@@ -432,6 +443,60 @@ async def test_a_world_is_drawn_on_its_map(editor: Editor) -> None:
 
 
 TWO_LINES = "mission: m\n# one\ntree:\n  sequence:\n    - wait: 1\n# end\n"
+
+
+@played("play", text=TWO_LINES, folder=True)
+async def test_what_was_typed_survives_another_file_and_another_page(editor: Editor) -> None:
+    """Also what was typed a moment ago. A page that wakes up does not write over the other's."""
+    folder = editor.file.parent
+    (folder / "other.yaml").write_text(TWO_LINES)
+    mine, second = f"# mine\n{TWO_LINES}", f"# second\n{TWO_LINES}"
+
+    def drafts() -> set[str]:
+        return {path.read_text() for path in folder.glob(".explore.yaml.*.unsaved")}
+
+    async def opened(name: str) -> None:
+        await editor.look(
+            "((files) => { files.add(new Option('other.yaml')); "
+            f"files.value = {name!r}; files.dispatchEvent(new Event('change')); }})"
+            "(document.getElementById('files'))"
+        )
+        await editor.until(f"location.hash === '#{name}' && document.title.startsWith({name!r})")
+
+    async def typed(text: str) -> None:
+        await editor.look(f"{TEXT}.querySelector('.cm-content').focus()")
+        await editor.type(text)
+
+    async def click(banner: str, label: str) -> None:
+        button = f"[...document.querySelectorAll('[id^=banner-{banner}] button')]"
+        button += f".find((one) => one.textContent === {label!r})"
+        await editor.until(f"{button} !== undefined")
+        await editor.look(f"{button}.click()")
+
+    await editor.until("document.getElementById('files').value === 'explore.yaml'")
+    await typed("# mine\n")
+    await opened("other.yaml")
+    assert drafts() == {mine}
+    await opened("explore.yaml")
+    await typed("# second\n")
+    await editor.until("!document.getElementById('unsaved').hidden")
+    await opened("other.yaml")
+    assert drafts() == {mine, second}
+    await opened("explore.yaml")
+    await click("draft", "Restore it")
+    await click("draft", "Delete it")
+    state = "fetch('api/state', {method: 'POST', body: JSON.stringify(%s)}).then((a) => a.json())"
+    other = {"name": "explore.yaml", "page": "other", "text": "mission: other\n"}
+    asleep = await editor.value(state % json.dumps(other))
+    assert asleep["leads"] is False
+    assert (await editor.value(state % json.dumps(other | {"take": True})))["leads"] is True
+    await editor.until(f"{TEXT}.textContent.includes('mission: other')")
+    assert drafts() == {second}
+    await click("mine", "Take over with it")
+    await editor.until(f"!{TEXT}.textContent.includes('mission: other')")
+    assert await editor.saved() == second
+    assert (folder / "other.yaml").read_text() == TWO_LINES
+    assert drafts() == set()
 
 
 @played("play", text=TWO_LINES, folder=True)

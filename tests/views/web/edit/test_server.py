@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import resource
 import select
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from http.client import HTTPConnection
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 from urllib.parse import urlsplit
 
 import pytest
@@ -33,7 +34,8 @@ class Client:
 
     async def ask(self, request: str, /, **facts: Any) -> Any:
         """Return the answer to a request."""
-        return json.loads((await self.post(f"api/{request}", json.dumps(facts)))[1])
+        asked = json.dumps({"page": "a", **facts})
+        return json.loads((await self.post(f"api/{request}", asked))[1])
 
     async def post(self, path: str, body: str, **headers: str) -> tuple[int, str]:
         """Return status and body of an answer."""
@@ -78,14 +80,15 @@ async def test_a_text_is_checked_drawn_and_kept_beside_its_file(
     assert mark["code"] == "BT-502"
     kinds = [box["kind"] for box in answer["boxes"]]
     assert kinds == ["mission", "sequence", "wait", "turn"]
-    assert not (tmp_path / ".m.yaml.unsaved").exists()
+    assert names_in(tmp_path) == ["m.yaml"]
     better = TEXT.replace("angel", "angle")
     await client.ask("check", name="m.yaml", text=better)
-    opened = await client.ask("open", name="m.yaml")
-    assert (opened["text"], opened["draft"]) == (TEXT, better)
+    opened = await client.ask("open", name="m.yaml", page="b")
+    assert (opened["text"], [draft["text"] for draft in opened["drafts"]]) == (TEXT, [better])
     assert await client.ask("save", name="m.yaml", text=better, base=TEXT) == {"text": better}
     assert (tmp_path / "m.yaml").read_text() == better
-    assert (await client.ask("open", name="m.yaml"))["draft"] is None
+    assert (await client.ask("open", name="m.yaml", page="b"))["drafts"] == []
+    assert names_in(tmp_path) == ["m.yaml"]
 
 
 @pytest.mark.parametrize(
@@ -138,8 +141,8 @@ async def test_files_are_created_renamed_and_deleted(client: Client, tmp_path: P
         assert "error" in await client.ask("rename", name="m.yaml", other=name), name
     await client.ask("check", name="m.yaml", text="mission: draft\n")
     assert (await client.ask("rename", name="m.yaml", other="n.yaml"))["name"] == "n.yaml"
-    opened = await client.ask("open", name="n.yaml")
-    assert (opened["text"], opened["draft"]) == (TEXT, "mission: draft\n")
+    opened = await client.ask("open", name="n.yaml", page="b")
+    assert (opened["text"], opened["drafts"][0]["text"]) == (TEXT, "mission: draft\n")
     answer = await client.ask("delete", name="n.yaml", base="mission: older\n")
     assert (answer["code"], answer["theirs"]) == ("BT-1303", TEXT)
     assert await client.ask("delete", name="n.yaml", base=TEXT) == {}
@@ -159,12 +162,233 @@ async def test_versions_of_a_text_are_shown_side_by_side(client: Client) -> None
 
 
 @played("play")
-async def test_a_second_page_follows_until_it_takes_over(client: Client) -> None:
-    """It receives the text of the first one."""
-    assert (await client.ask("state", name="m.yaml", page="a", text="a: 1\n"))["leads"]
-    assert await client.ask("state", name="m.yaml", page="b") == {"leads": False, "text": "a: 1\n"}
+async def test_a_second_page_follows_until_it_takes_over(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It receives the text of the first one, which may sleep for ever; a page can leave."""
+    assert (await client.ask("state", name="m.yaml", text="a: 1\n"))["leads"]
+    follows = {"leads": False, "text": "a: 1\n", "is_asleep": False}
+    assert await client.ask("state", name="m.yaml", page="b") == follows
+    monkeypatch.setattr("bt_mission.views.web.edit.server.ASLEEP_S", -1.0)
+    follows["is_asleep"] = True
+    assert await client.ask("state", name="m.yaml", page="b") == follows
+    refused = await client.ask("save", name="m.yaml", page="b", text="b: 1\n", base=TEXT)
+    assert "another page" in refused["error"]
     assert (await client.ask("state", name="m.yaml", page="b", take=True))["leads"]
-    assert not (await client.ask("state", name="m.yaml", page="a"))["leads"]
+    assert not (await client.ask("state", name="m.yaml"))["leads"]
+    await client.ask("leave", name="m.yaml")
+    assert not (await client.ask("state", name="m.yaml"))["leads"]
+    await client.ask("leave", name="m.yaml", page="b")
+    assert (await client.ask("state", name="m.yaml"))["leads"]
+
+
+@played("play")
+async def test_each_page_keeps_its_own_unsaved_text(client: Client, tmp_path: Path) -> None:
+    """What was offered stays until it is saved or deleted. The one who edits now has no offer."""
+    for page in "abc":
+        await client.ask("check", name="m.yaml", page=page, text=f"mission: {page}\n")
+    await client.ask("state", name="m.yaml", page="c")
+
+    async def offered() -> set[str]:
+        opened = await client.ask("open", name="m.yaml")
+        return {draft["text"] for draft in opened["drafts"]}
+
+    assert await offered() == {"mission: a\n", "mission: b\n"}
+    await client.ask("keep", name="m.yaml", page="d", text="mission: d\n")
+    assert await offered() == {"mission: a\n", "mission: b\n", "mission: d\n"}
+    await client.ask("drop", name="m.yaml", pages=["b"])
+    await client.ask("leave", name="m.yaml", page="c")
+    new = {"text": "mission: a\n", "base": TEXT, "restored": ["a"]}
+    assert "error" not in await client.ask("save", name="m.yaml", page="d", **new)
+    assert await offered() == {"mission: c\n"}
+    assert names_in(tmp_path) == [".m.yaml.c.unsaved", "m.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("before", "text", "after"),
+    [
+        (b"a\r\nb\nc\rd", "a\nb\nnew\nc\nd", b"a\r\nb\nnew\r\nc\rd"),
+        (b"a\r\nb\nc\nd\n", "a\nc\nd\n", b"a\r\nc\nd\n"),
+        (b"\xef\xbb\xbfa\r\nb\r\n", "a\nx\nb\n", b"\xef\xbb\xbfa\r\nx\r\nb\r\n"),
+        (b"a\rb\rc\n", "A\nb\nc\n", b"A\rb\rc\n"),
+        (b"", "a\nb\n", b"a\nb\n"),
+    ],
+)
+@played("play")
+async def test_bytes_stay_where_the_text_does(
+    client: Client, tmp_path: Path, before: bytes, text: str, after: bytes
+) -> None:
+    """Line ends of several kinds in one file, and the mark at its beginning."""
+    file = tmp_path / "m.yaml"
+    file.write_bytes(before)
+    base = (await client.ask("open", name="m.yaml"))["text"]
+    assert await client.ask("save", name="m.yaml", text=base, base=base) == {"text": base}
+    assert file.read_bytes() == before
+    await client.ask("save", name="m.yaml", text=text, base=base)
+    assert file.read_bytes() == after
+
+
+@played("play")
+async def test_too_many_changed_lines_of_several_ends_are_refused(
+    client: Client, tmp_path: Path
+) -> None:
+    """Which of them kept their ends cannot be told."""
+    (tmp_path / "m.yaml").write_bytes(b"a\r\nb\n" * 2000)
+    base = (await client.ask("open", name="m.yaml"))["text"]
+    answer = await client.ask("save", name="m.yaml", text=base.upper(), base=base)
+    assert "end in several ways" in answer["error"]
+    assert (tmp_path / "m.yaml").read_bytes() == b"a\r\nb\n" * 2000
+
+
+@played("play")
+async def test_odd_files_stop_nothing_and_are_never_waited_for(
+    client: Client, tmp_path: Path
+) -> None:
+    """Rings of links, names that are not UTF-8, pipes and links in place of unsaved texts."""
+    (tmp_path / "ring.yaml").symlink_to("ring.yaml")
+    (tmp_path / os.fsdecode(b"caf\xe9.yaml")).write_text("mission: x\n")
+    os.mkfifo(tmp_path / "pipe.yaml")
+    os.mkfifo(tmp_path / ".m.yaml.b.unsaved")
+    (tmp_path / ".m.yaml.c.unsaved").symlink_to("/etc/hostname")
+    answer = await client.ask("files")
+    assert [row["name"] for row in answer["files"]] == ["m.yaml", "pipe.yaml"]
+    assert answer["hidden"] == ["caf\\xe9.yaml"]
+    assert (await client.ask("open", name="m.yaml"))["drafts"] == []
+    assert "device or pipe" in (await client.ask("open", name="pipe.yaml"))["error"]
+    assert "error" in await client.ask("open", name="ring.yaml")
+    for page in "bc":
+        assert (await client.ask("keep", name="m.yaml", page=page, text="x: 1\n"))["lost"] == ""
+        assert (tmp_path / f".m.yaml.{page}.unsaved").read_text() == "x: 1\n"
+    assert not (tmp_path / ".m.yaml.c.unsaved").is_symlink()
+
+
+@played("play")
+async def test_a_link_stays_and_nobody_else_may_read_an_unsaved_text(
+    client: Client, tmp_path: Path
+) -> None:
+    """Its target in the folder is written, with its permissions."""
+    (tmp_path / "sub").mkdir()
+    target = tmp_path / "sub" / "t.yaml"
+    target.write_text("mission: t\n")
+    target.chmod(0o600)
+    (tmp_path / "l.yaml").symlink_to("sub/t.yaml")
+    await client.ask("keep", name="l.yaml", text="mission: u\n")
+    await client.ask("keep", name="new.yaml", text="mission: v\n")
+    for name in ("l.yaml", "new.yaml"):
+        assert (tmp_path / f".{name}.a.unsaved").stat().st_mode & 0o777 == 0o600
+    assert "error" not in await client.ask(
+        "save", name="l.yaml", text="mission: u\n", base="mission: t\n"
+    )
+    assert (tmp_path / "l.yaml").is_symlink()
+    assert (target.read_text(), target.stat().st_mode & 0o777) == ("mission: u\n", 0o600)
+
+
+@played("play")
+async def test_a_full_disk_is_named_and_leaves_no_part_of_a_file(
+    client: Client, tmp_path: Path
+) -> None:
+    """Neither beside the file nor in its place."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
+    try:
+        text = TEXT + "# more\n" * 5_000
+        kept = await client.ask("check", name="m.yaml", text=text)
+        saved = await client.ask("save", name="m.yaml", text=text, base=TEXT)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert "File too large" in kept["lost"]
+    assert "File too large" in saved["error"]
+    assert names_in(tmp_path) == ["m.yaml"]
+    assert (tmp_path / "m.yaml").read_text() == TEXT
+
+
+@played("play")
+async def test_files_outside_of_the_folder_are_not_read(client: Client, tmp_path: Path) -> None:
+    """Neither those that a scenario, a fleet or a mission names, nor those of its world."""
+    outside = tmp_path.parent / f"{tmp_path.name}_outside"
+    outside.mkdir()
+    (outside / "secret.yaml").write_text("mission: hush hush\nspawn: {}\n")
+    for name in (f"{outside}/secret.yaml", f"../{outside.name}/secret.yaml"):
+        texts = [
+            f"scenario: s\nmission: {name}\n",
+            f"scenario: s\nmission: m.yaml\nworld: {name}\n",
+            f"fleet: f\nrobots: {{one: {{mission: {name}}}}}\n",
+            f"fleet: f\nrobots: {{one: {{mission: m.yaml, robot: {name}}}}}\n",
+            f"mission: m\nworld: {name}\ntree: {{wait: 1}}\n",
+            f"mission: m\ninclude: [{name}]\ntree: {{wait: 1}}\n",
+        ]
+        for text in texts:
+            answer = await client.ask("look", name="x.yaml", text=text)
+            shown = json.dumps(answer)
+            assert "hush" not in shown, text
+            assert {mark["code"] for mark in answer["marks"]} & {"BT-110", "BT-112"}, text
+            assert (await client.ask("plan", name="x.yaml", text=text))["plan"] is None or (
+                "world" not in text
+            )
+
+
+@pytest.mark.parametrize(("request_name", "facts"), [("check", {}), ("act", {"do": "copy"})])
+@played("play")
+async def test_texts_that_no_file_can_hold_or_nest_too_deeply_are_refused(
+    client: Client, request_name: str, facts: dict[str, Any]
+) -> None:
+    """With words, never with an error of the server."""
+    deep = "mission: m\ntree: " + "{invert: " * 450 + "{wait: 1}" + "}" * 450
+    half = "mission: m\ntree: {log: \ud83d}\n"
+    for text, status, words in ((deep, 200, "nested too deeply"), (half, 400, "U+D83D")):
+        asked = {"name": "m.yaml", "page": "a", "path": ["tree"], "text": text, **facts}
+        answered, body = await client.post(f"api/{request_name}", json.dumps(asked))
+        assert (answered, words in body) == (status, True), body
+
+
+class PlayedChild:
+    """A command that runs until it is stopped, which takes some turns of the loop."""
+
+    running: ClassVar[list[PlayedChild]] = []
+    most = 0
+
+    def __init__(self, trial: Path, words: Sequence[str], _: object = None) -> None:
+        self.trial, self.words, self.is_over = trial, words, False
+        self.running.append(self)
+        type(self).most = max(self.most, len(self.running))
+
+    async def stop(self) -> None:
+        if self.is_over:
+            return
+        for _ in range(20):
+            await asyncio.sleep(0)  # noqa: TID251 - lets others ask meanwhile
+        self.trial.unlink(missing_ok=True)
+        self.running.remove(self)
+        self.is_over = True
+
+
+@pytest.mark.parametrize("request_name", ["run", "prove"])
+@played("play")
+async def test_of_requests_at_once_one_starts_a_run(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request_name: str
+) -> None:
+    """The others are told so. Each run has its own recording, and none is left."""
+    monkeypatch.setattr("bt_mission.views.web.edit.server.Child", PlayedChild)
+    monkeypatch.setattr(PlayedChild, "most", 0)
+    words = []
+    asked = {"name": "m.yaml", "text": TEXT, "speed": "1"}
+    for _ in range(3):
+        answers = await asyncio.gather(*(client.ask(request_name, **asked) for _ in range(4)))
+        started = [answer for answer in answers if "error" not in answer]
+        assert started
+        assert all("try again" in answer["error"] for answer in answers if answer not in started)
+        assert len(PlayedChild.running) == 1
+        words.append(PlayedChild.running[0].words)
+    assert PlayedChild.most == 1
+    if request_name == "run":
+        files = {word for line in words for word in line if word.startswith("--record")}
+        assert len(files) == 3
+        await client.ask("run", stop=True)
+        assert PlayedChild.running == []
+        assert names_in(tmp_path) == ["m.yaml"]
+    else:
+        await PlayedChild.running[0].stop()
+        assert names_in(tmp_path) == ["m.yaml"]
 
 
 @pytest.mark.parametrize(
@@ -237,10 +461,12 @@ def test_a_run_ends_with_an_editor_that_is_killed(tmp_path: Path) -> None:
     for end in ends:
         assert select.select([end], [], [], 30.0)[0] == [end]
         os.close(end)
-    trial = tmp_path / ".m.yaml.run.yaml"
+    (trial,) = tmp_path.glob(".m.yaml.*.run.yaml")
     assert trial.read_text() == text
+    mine = Workspace(tmp_path).trial("m.yaml", text, "run")
     EditServer(Workspace(tmp_path), WebOptions(port=0)).close()
     assert not trial.exists()
+    assert mine.exists(), "an editor that runs has it"
 
 
 @played("play")
@@ -252,5 +478,5 @@ async def test_the_unsaved_text_of_a_deleted_file_is_offered(
     (tmp_path / "m.yaml").unlink()
     files = (await client.ask("files"))["files"]
     assert files == [{"name": "m.yaml", "kind": "mission", "is_unsaved": True}]
-    opened = await client.ask("open", name="m.yaml")
-    assert (opened["text"], opened["draft"]) == ("", "mission: mine\n")
+    opened = await client.ask("open", name="m.yaml", page="b")
+    assert (opened["text"], opened["drafts"][0]["text"]) == ("", "mission: mine\n")
