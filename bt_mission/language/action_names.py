@@ -24,7 +24,7 @@ WORDS = frozenset(
         *("python", "service", "wait_for", "publish", "action", "tree"),
         *("name", "do", "else", "then", "inputs", "outputs", "memory", "weights", "readers"),
         *("succeed_when", "fail_when", "rest", "cancel_when", "on_cancel", "server_timeout"),
-        *("acceptance_timeout", "feedback_timeout", "cancel_timeout"),
+        *("acceptance_timeout", "feedback_timeout", "cancel_timeout", "uses"),
     )
 )
 """The other kinds of nodes, and the modifiers: no action has such a name."""
