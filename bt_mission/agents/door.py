@@ -36,6 +36,7 @@ from bt_mission.agents.robot import Robot, marked
 from bt_mission.agents.site import Site, seed_of
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.composer import split_lines
+from bt_mission.language.requirements.verdicts import VACUOUS
 
 MOST_FAULTS = 10
 MOST_PICTURE = 200_000
@@ -274,13 +275,14 @@ def diff(before: str, after: str) -> str:
 
 
 def margins(evidence: Evidence) -> list[dict[str, Any]]:
-    """Return a row for each requirement: in how many runs it held, and its smallest margin."""
+    """Return a row for each requirement: its runs, those in which it held, its margin."""
     if evidence.runs is None:
         return []
     return [
         {
             "requirement": name,
             "held": each["holds"],
+            "not_exercised": sum(each.get(verdict, 0) for verdict in VACUOUS),
             "runs": evidence.runs["scenarios"],
             "least_margin": each.get("least_margin"),
             "unit": each.get("unit", ""),

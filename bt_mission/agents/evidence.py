@@ -64,8 +64,9 @@ class Evidence:
             yield f"the runs are not those with the seeds {', '.join(map(str, seeds))}"
         verdicts = runs.get("requirements", {})
         for each in site.requirements:
-            holds = verdicts.get(each.name, {}).get("holds", 0)
-            if holds != expected:
+            counts = verdicts.get(each.name, {})
+            holds, excused = counts.get("holds", 0), counts.get("not applicable", 0)
+            if holds + excused != expected:
                 yield f"requirement '{each.name}' of the site held in {holds} of {expected} runs"
 
     @property
@@ -74,6 +75,11 @@ class Evidence:
         if self.proof is None:
             return ["not proved"]
         points = [str(why) for why in self.proof.get("why_not", ())]
+        points += [
+            f"requirement '{each.get('requirement')}' is not exercised: {each.get('why')}"
+            for each in self.proof.get("requirements", ())
+            if each.get("verdict") == "not exercised"
+        ]
         return points + [str(each.get("text")) for each in self.proof.get("findings", ())]
 
 

@@ -100,7 +100,8 @@ class RosRobot:
             "is_there": self._source.is_there,
             "mission": marked(mission.tree.mission if mission.tree else ""),
             "state": marked(mission.status),
-            "reason": marked(mission.explanation),
+            "verdict": marked(mission.conclusion[0]),
+            "reason": marked(mission.conclusion[1] or mission.explanation),
             "running": [marked(mission.tree.nodes[index].name) for index in mission.running]
             if mission.tree
             else [],

@@ -73,8 +73,8 @@ a file of ranges; every key is optional (bt-mission docs ranges):
   faults: {most: 2, kinds: [network, lidar_dead], times: 0..20}
   assume: [always clearance > 0.05]
 
-exit codes: 0 nothing found, 1 counterexample found, 2 bad input, 130 interrupted (counterexamples
-found until then are written)
+exit codes: 0 nothing found, 1 counterexample found or a requirement not exercised in any run, 2 bad
+input, 130 interrupted (counterexamples found until then are written)
 """
 
 
@@ -304,7 +304,7 @@ def _tell_search(session: SearchSession, folder: Path, options: argparse.Namespa
         print("\n".join(_search_lines(session, files)))
     if state.is_interrupted:
         return INTERRUPTED
-    return MISSION_FAILED if state.counterexamples else SUCCESS
+    return MISSION_FAILED if state.counterexamples or state.unexercised else SUCCESS
 
 
 def _search_as_dict(
@@ -326,6 +326,7 @@ def _search_as_dict(
         "smallest_margin": None
         if state.smallest is None
         else {"share": state.smallest[0], "requirement": state.smallest[1]},
+        "not_exercised": list(state.unexercised),
         "found": [_find_as_dict(*pair) for pair in zip(state.counterexamples, files, strict=True)],
     }
 
@@ -343,7 +344,6 @@ def _find_as_dict(counterexample: Counterexample, files: CounterexampleFiles) ->
         "trace_sha256": counterexample.row.trace_sha256,
         "folder": str(files.folder),
         "scenario": str(files.scenario),
-        "test": str(files.test),
         "recording": files.recording and str(files.recording),
         "report": files.report and str(files.report),
     }
@@ -364,6 +364,7 @@ def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> l
         lines.append(f"{name}: {what} in {runs}{notes}")
         if state.smallest is not None:
             lines.append(f"  {_smallest(state.smallest)}")
+        lines += [f"  not exercised in any run: '{name}'" for name in state.unexercised]
         return lines
     if state.runs == 1:
         lines.append(f"{name}: {files[0].sentence}")
@@ -390,7 +391,7 @@ def _files_of(files: CounterexampleFiles) -> list[str]:
     return [
         *lines,
         f"  {files.scenario}: bt-mission run repeats it",
-        f"  {files.test}: fails until the mission is fixed",
+        "  as a test of pytest it fails until the mission is fixed",
         f"  {files.recording}, {files.report}: the run"
         if files.recording
         else f"  not recorded, as the search was interrupted: bt-mission run {files.scenario} "
@@ -465,8 +466,8 @@ COMMANDS = {
         "Runs a mission with different seeds, appearing obstacles and timed faults until a "
         "requirement is violated, the mission fails, a goal is orphaned or the robot collides. "
         "Then minimizes the counterexample: fewest faults, roundest numbers, shortest run, each "
-        "step checked by a run. Writes a folder with a scenario, a test that fails until the "
-        "mission is fixed, a recording and its report.",
+        "step checked by a run. Writes a folder with a scenario, which pytest collects as a test "
+        "that fails until the mission is fixed, a recording and its report.",
         (
             MISSION,
             Option(

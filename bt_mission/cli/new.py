@@ -33,12 +33,12 @@ TEMPLATES = {
     ".vscode/tasks.json": "tasks.json",
     "missions/NAME.yaml": "mission.yaml",
     "missions/scenarios/box_appears.scenario.yaml": "scenario.yaml",
-    "tests/test_mission.py": "test_mission.py.txt",
+    "tests/test_NAME.py": "test_mission.py.txt",
     "worlds/hall.yaml": "world.yaml",
 }
 """The files of a project, by their paths in it, and what they are made from."""
 NAME = re.compile(r"\bNAME\b")
-"""Stands for the project's name in what files are made from, and in their paths."""
+"""Stands for the project's name in what files are made from, and as ``NAME`` in their paths."""
 
 _VALID = re.compile(r"[a-z][a-z0-9_-]{0,63}", re.ASCII | re.IGNORECASE)
 _NO_NAMES = ("true", "false", "yes", "no", "on", "off", "null")
@@ -101,10 +101,10 @@ def project_files(name: str) -> Mapping[str, str]:
     from bt_mission.scenarios.schema import scenario_schema
 
     templates = package_files("bt_mission.cli") / "project"
-    filled = {
-        NAME.sub(name, path): NAME.sub(name, (templates / template).read_text(encoding="utf-8"))
-        for path, template in TEMPLATES.items()
+    texts = {
+        path: (templates / file).read_text(encoding="utf-8") for path, file in TEMPLATES.items()
     }
+    filled = {path.replace("NAME", name): NAME.sub(name, text) for path, text in texts.items()}
     schemas = {"mission": mission_schema(), "scenario": scenario_schema()}
     return filled | {
         f"{of}.schema.json": f"{json.dumps(schema, indent=2)}\n" for of, schema in schemas.items()

@@ -47,8 +47,8 @@ examples:
   bt-mission prove mine.yaml -o findings        save each finding as a scenario and a test
   bt-mission prove mine.yaml --budget 20000     at most 20000 states; 30s limits the time
 
-exit codes: 0 no violation found, 1 a property does not hold or a revision is refused in some
-state, 2 bad input, 130 interrupted
+exit codes: 0 no violation found, 1 a property does not hold, a requirement is not exercised or a
+revision is refused in some state, 2 bad input, 130 interrupted
 """
 
 _BUDGET = re.compile(r"(?P<number>[0-9]+)(?P<unit>s?)")
@@ -79,7 +79,8 @@ def prove(options: argparse.Namespace) -> int:
     if proof.is_interrupted:
         return INTERRUPTED
     is_refused = proof.revision is not None and bool(proof.revision.refusals)
-    return MISSION_FAILED if proof.findings or is_refused else SUCCESS
+    fails = proof.findings or proof.not_exercised or is_refused
+    return MISSION_FAILED if fails else SUCCESS
 
 
 def _other_version(options: argparse.Namespace) -> Mission:

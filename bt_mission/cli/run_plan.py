@@ -38,8 +38,12 @@ class Summary(Protocol):
         """``success``, ``failure`` or ``interrupted``."""
 
     @property
-    def is_violated(self) -> bool:
-        """Is a requirement violated?"""
+    def verdict(self) -> str:
+        """The status, or if that is success, the verdict of a requirement that fails."""
+
+    @property
+    def passed(self) -> bool:
+        """Has every mission succeeded, and does no requirement fail?"""
 
     @property
     def missions(self) -> Mapping[str, Report]:
@@ -237,7 +241,7 @@ def _obstacles() -> int:
 def _exit_code(summary: Summary) -> int:
     if summary.status == "interrupted":
         return INTERRUPTED
-    return MISSION_FAILED if summary.status != "success" or summary.is_violated else SUCCESS
+    return SUCCESS if summary.passed else MISSION_FAILED
 
 
 @contextmanager

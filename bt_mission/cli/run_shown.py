@@ -65,7 +65,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
         else:
             summary = finish(steps)
             if options.web and summary.status != "interrupted":
-                stay_until_left(summary.status)
+                stay_until_left(summary.verdict)
         # Before the session is taken down: of 16 robots that takes seconds.
         _print(options, plan, summary, kept)
         return summary

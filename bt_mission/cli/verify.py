@@ -32,10 +32,10 @@ slow.yaml:
   requirements:
     is slow: always speed < 0.3
 
-exit codes: 0 none is violated; some may be open because the run ended before they were decided
-            1 at least one is violated
+exit codes: 0 none fails; some may be open because the run ended before they were decided
+            1 at least one is violated or not exercised
             2 bad input
-            3 at least one cannot be determined from this recording, and none is violated
+            3 at least one cannot be determined from this recording, and none fails
 """
 
 
@@ -97,8 +97,10 @@ def _verified(
 
 def _code(verifications: Sequence[Verification]) -> int:
     """Return the exit code: the worst of all."""
+    from bt_mission.language.requirements.verdicts import FAILING
+
     verdicts = {result.verdict for each in verifications for result in each.results}
-    if "violated" in verdicts:
+    if verdicts & FAILING:
         return MISSION_FAILED
     is_open = any(
         each.why_cut and result.verdict == "open"

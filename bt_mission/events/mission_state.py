@@ -13,8 +13,16 @@ from py_trees.common import Status
 from bt_mission.events import events as happened
 from bt_mission.events.codec import fields_of
 from bt_mission.events.events import FINAL, Event, GoalChanged, RequirementChanged, RunStarted
-from bt_mission.events.log import LOG_ENTRIES, LOG_KIND, LogEntry, mission_state, words_of
+from bt_mission.events.log import (
+    LOG_ENTRIES,
+    LOG_KIND,
+    LogEntry,
+    mission_state,
+    verdict,
+    words_of,
+)
 from bt_mission.events.robot_state import RobotState
+from bt_mission.language.requirements.verdicts import FAILING, conclusion
 
 State = TypeVar("State", "MissionState", RobotState)
 
@@ -119,11 +127,21 @@ class MissionState:
         return tuple(self._requirements.values())
 
     @property
-    def violated(self) -> tuple[RequirementChanged, ...]:
-        """Those that are violated."""
+    def failing(self) -> tuple[RequirementChanged, ...]:
+        """Those with which the run does not pass, as far as it is known."""
         return tuple(
-            requirement for requirement in self.requirements if requirement.verdict == "violated"
+            requirement for requirement in self.requirements if requirement.verdict in FAILING
         )
+
+    @property
+    def conclusion(self) -> tuple[str, str]:
+        """The verdict of a run that has ended, else its state; and the reason."""
+        return conclusion(self.status, self.state.reason if self.state else "", self.requirements)
+
+    @property
+    def headline(self) -> str:
+        """The same as one text, while it is paused with the goals that are under way."""
+        return verdict(*conclusion(self.status, self.explanation, self.requirements))
 
     @property
     def tip(self) -> int | None:

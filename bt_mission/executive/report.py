@@ -11,6 +11,7 @@ from bt_mission.core.nature import in_words
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import counted, escape_control, seconds
 from bt_mission.events.log import verdict
+from bt_mission.language.requirements.verdicts import conclusion
 
 if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive
@@ -37,6 +38,10 @@ class FailurePath:
     time_s: float
 
 
+UNTESTED = "untested"
+"""The verdict of a run in which a planned fault never happened."""
+
+
 @dataclass(frozen=True)
 class FaultOutcome:
     """The outcome of a planned fault.
@@ -46,12 +51,19 @@ class FaultOutcome:
         began: When it began, s since the start; None if it did not occur.
         ended: When it ended; None if it lasted to the end of the run.
         why: Why it did not occur.
+        may_not_happen: Does a run pass in which it does not occur?
     """
 
     fault: str
     began: float | None = None
     ended: float | None = None
     why: str = ""
+    may_not_happen: bool = False
+
+    @property
+    def fails(self) -> bool:
+        """Whether a run with this outcome has not passed."""
+        return self.began is None and not self.may_not_happen
 
     def __str__(self) -> str:
         if self.began is None:
@@ -109,17 +121,33 @@ class Report:
     faults: tuple[FaultOutcome, ...] = ()
 
     @property
-    def is_violated(self) -> bool:
-        """Whether a requirement is violated."""
-        return bool(self.violations)
+    def verdict(self) -> str:
+        """The verdict of the run: the mission's status, or that of a requirement that fails."""
+        return self.conclusion[0]
 
     @property
-    def violations(self) -> str:
-        """The violated requirements as text."""
-        violated = [
-            requirement for requirement in self.requirements if requirement.verdict == "violated"
-        ]
-        return "; ".join(f"requirement {requirement}" for requirement in violated)
+    def conclusion(self) -> tuple[str, str]:
+        """The verdict of the run and its reason.
+
+        A run without a fault that was planned has tested nothing of it.
+        """
+        word, reason = conclusion(self.status, self.reason, self.requirements)
+        missing = [f"'{fault.fault}'" for fault in self.faults if fault.fails]
+        if word != "success" or not missing:
+            return word, reason
+        return UNTESTED, f"{', '.join(missing)} never happened; the mission itself succeeded"
+
+    @property
+    def passed(self) -> bool:
+        """Whether the mission has succeeded, and every requirement was shown or may not apply."""
+        return self.verdict == "success"
+
+    @property
+    def failing(self) -> str:
+        """The requirements and faults that fail as text; empty if none does."""
+        failing = [f"requirement {each}" for each in self.requirements if each.fails]
+        failing += [f"fault {each}" for each in self.faults if each.fails]
+        return "; ".join(failing)
 
     def __str__(self) -> str:
         return self.as_text()
@@ -130,12 +158,12 @@ class Report:
         return {"": self}
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields by name, ready for JSON."""
-        return asdict(self)
+        """The fields by name, and the verdict, ready for JSON."""
+        return {"verdict": self.verdict, **asdict(self)}
 
     def as_text(self) -> str:
         """Three or four lines for people."""
-        lines = [f"{self.mission}: {verdict(self.status, self.reason)}"]
+        lines = [f"{self.mission}: {verdict(*self.conclusion)}"]
         if self.failure is not None and len(self.failure.nodes) > 1:
             message = "" if self.failure.message in self.reason else f": {self.failure.message}"
             path = " > ".join(self.failure.nodes)

@@ -104,6 +104,11 @@ class Fault:
             self._instance.end_from_outside()
 
     @property
+    def has_ever_begun(self) -> bool:
+        """Has it begun in any run?"""
+        return self._instance is not None
+
+    @property
     def obstacle(self) -> str:
         """Name of what it has brought into the world, or will."""
         made = self._instance.made if self._instance else None

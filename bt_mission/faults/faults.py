@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from types import MappingProxyType
+from typing import Any
 
 from bt_mission.faults import clock, messages, robot, servers, world
 from bt_mission.faults.fault import Fault, FaultTarget
@@ -29,17 +30,28 @@ class Faults:
 
     Each fault of the table is a method of its name. Each leaves events in the run's trace, draws
     what is random from the mission's seed, and repeats bit for bit.
+
+    Attributes:
+        made: Every fault that was made, in order.
     """
+
+    def __init__(self) -> None:
+        self.made: list[Fault] = []
 
     def __getattr__(self, name: str) -> Callable[..., Fault]:
         """Return what makes the faults of a name. Raises AttributeError for an unknown one."""
         if name not in FAULTS:
             raise AttributeError(f"unknown fault '{name}'", name=name, obj=self)
         kind = FAULTS[name]
-        make = partial(kind.make)
+        make = partial(self._make, kind)
         make.__doc__ = kind.text
         make.__signature__ = kind.signature  # type: ignore[attr-defined]
         return make
+
+    def _make(self, kind: FaultKind, *arguments: Any, **options: Any) -> Fault:
+        fault = kind.make(*arguments, **options)
+        self.made.append(fault)
+        return fault
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *FAULTS]

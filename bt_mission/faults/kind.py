@@ -12,7 +12,7 @@ from bt_mission.core.draws import Draws
 from bt_mission.faults.drawable import Drawable
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.fault import Fault, FaultInstance
-from bt_mission.faults.parameters import LASTING, Parameter
+from bt_mission.faults.parameters import LASTING, MAY_NOT_HAPPEN, Parameter
 
 Arguments: TypeAlias = Mapping[str, Any]
 """The arguments of a fault by their names, defaults included; ``fields`` are those of any name."""
@@ -63,8 +63,9 @@ class FaultKind:
 
     @cached_property
     def optional(self) -> Mapping[str, Parameter]:
-        """All that can be written by their names, `lasting` included."""
-        return {**self.parameters, **({LASTING.name: LASTING} if self.lasts else {})}
+        """All that can be written by their names, with those that every fault has."""
+        lasting = {LASTING.name: LASTING} if self.lasts else {}
+        return {**self.parameters, **lasting, MAY_NOT_HAPPEN.name: MAY_NOT_HAPPEN}
 
     @property
     def usage(self) -> str:

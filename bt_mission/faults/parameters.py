@@ -220,6 +220,9 @@ SHARE = Parameter(
 RECEIVER = Parameter("receiver", "text", default=None, names="node", by_name=True)
 ON = Parameter("on", "integer", "At which call from now on.", 1, by_name=True, allowed=FROM_1)
 ERROR = Parameter("error", "python", default=None, takes=Exception)
+MAY_NOT_HAPPEN = Parameter(
+    "may_not_happen", "flag", "A run passes in which it does not begin, too.", False, by_name=True
+)
 LASTING = seconds(
     "lasting",
     "For how long; to the end where it is left out.",

@@ -59,7 +59,7 @@ class FaultPlan:
         self._stage = stage = target.stage
         self._run = target.robot_run
         self._run.facts["faults"] = json.dumps([fault.text for fault in planned])
-        self._faults: list[Fault] = [fault.make() for fault in planned]
+        self.faults: list[Fault] = [fault.make() for fault in planned]
         self._signals: StageSignals | None = None
         self._conditions: dict[int, ConditionMonitor] = {}
         self._true: set[int] = set()
@@ -77,7 +77,7 @@ class FaultPlan:
         """Yield what planned faults name, break or place, and what is not there at the start."""
         yield from self._misplaced()
         for number, fault in enumerate(self.planned):
-            finders = self._finders(self._faults[number])
+            finders = self._finders(self.faults[number])
             for parameter in fault.kind.parameters.values():
                 name = fault.arguments.get(parameter.name)
                 if not parameter.names or not isinstance(name, str):
@@ -105,7 +105,7 @@ class FaultPlan:
                     if fault.name == "remove_box":
                         placed.close()
                     elif fault.name in OBSTACLES:
-                        instance = FaultInstance(self._target, self._faults[number])
+                        instance = FaultInstance(self._target, self.faults[number])
                         placed.callback(instance.undo_all)
                         instance.fault.begin(instance)
                 except ScenarioError as error:
@@ -142,13 +142,14 @@ class FaultPlan:
         instances = {id(fault.fault): fault for fault in self._target.faults}
         states = []
         for number, fault in enumerate(self.planned):
-            instance = instances.get(id(self._faults[number]))
+            instance = instances.get(id(self.faults[number]))
             states.append(
                 FaultOutcome(
                     fault=fault.text,
                     began=None if instance is None else instance.began_s,
                     ended=None if instance is None else instance.ended_s,
                     why=self._why_not(number, fault) if instance is None else "",
+                    may_not_happen=fault.may_not_happen,
                 )
             )
         return tuple(states)
@@ -195,7 +196,7 @@ class FaultPlan:
         if self._run.executive.is_done:
             return
         try:
-            self._faults[number](self._target)
+            self.faults[number](self._target)
         except Exception as error:  # noqa: BLE001 - a fault must not break into the mission
             self.errors[number] = error
             self._target.blame_test(error)

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from bt_mission.faults.fault import Fault
 from bt_mission.faults.faults import FAULTS
 from bt_mission.faults.kind import FaultKind
+from bt_mission.faults.parameters import MAY_NOT_HAPPEN
 from bt_mission.language.requirements.formula import Condition
 
 Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
@@ -65,6 +66,7 @@ class PlannedFault:
         arguments: By the names of the parameters; those that repeat have a tuple of values.
         lasting: S of virtual time; None is to the end of the run.
         bare: The arguments that were written as numbers without a unit.
+        may_not_happen: Does a run pass in which it does not begin?
     """
 
     begins: Beginning
@@ -72,6 +74,7 @@ class PlannedFault:
     arguments: Mapping[str, Value] = field(default_factory=dict)
     lasting: float | None = None
     bare: frozenset[str] = field(default=frozenset(), compare=False)
+    may_not_happen: bool = False
 
     def __repr__(self) -> str:
         return f"<{self.text}>"
@@ -99,7 +102,7 @@ class PlannedFault:
     @property
     def text(self) -> str:
         """How it is written: ``at 5.0: drop scan lasting 2``."""
-        return f"{self.begins}: {self.call}"
+        return f"{self.begins}: {self.call}{f' {MAY_NOT_HAPPEN.name}' * self.may_not_happen}"
 
     @property
     def call(self) -> str:
@@ -138,4 +141,4 @@ class PlannedFault:
 
     @property
     def _reserved(self) -> frozenset[str]:
-        return frozenset((*self.kind.parameters, "lasting", "true", "false"))
+        return frozenset((*self.kind.parameters, "lasting", MAY_NOT_HAPPEN.name, "true", "false"))

@@ -1,6 +1,6 @@
 """Faults as text: ``at 5.0: drop scan lasting 2``.
 
-fault     = beginning ":" name argument*
+fault     = beginning ":" name argument* "may_not_happen"?
 beginning = "at" time | "after" time | "when" condition ("for" time)?
 argument  = value | name value | name "=" value | name         the last of a flag
 value     = number unit? | word | text in quotes | "(" number ("," number)* ")"

@@ -10,7 +10,7 @@ from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.core.units import UNITS, converted
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.faults import FAULTS
-from bt_mission.faults.parameters import LASTING, Parameter, seconds
+from bt_mission.faults.parameters import LASTING, MAY_NOT_HAPPEN, Parameter, seconds
 from bt_mission.faults.planned import Beginning, PlannedFault, Value
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import CONTROL_STEP_S
@@ -52,13 +52,14 @@ class ArgumentReader:
         self._arguments: dict[str, Value] = {}
         self._lasting: float | None = None
         self._bare: set[str] = set()
+        self._may_not_happen: bool | None = None
         self._free = [
             parameter for parameter in self._kind.parameters.values() if not parameter.by_name
         ]
 
     def knows(self, name: str) -> bool:
         """Tell whether an argument has this name."""
-        return name == "lasting" or name in self._kind.parameters
+        return name in ("lasting", MAY_NOT_HAPPEN.name) or name in self._kind.parameters
 
     @property
     def name(self) -> str:
@@ -71,6 +72,8 @@ class ArgumentReader:
 
     def is_flag(self, name: str) -> bool:
         """Tell whether this is an argument that is on where its name stands alone."""
+        if name == MAY_NOT_HAPPEN.name:
+            return True
         return name in self._kind.parameters and self._kind.parameters[name].form == "flag"
 
     def is_next(self, name: str) -> bool:
@@ -89,7 +92,7 @@ class ArgumentReader:
         parameter = next(iter(self._unset()), None)
         if parameter is None:
             message = f"unexpected {_described(given.value)}"
-            near = did_you_mean(str(given.value), (*self._kind.parameters, "lasting"))
+            near = did_you_mean(str(given.value), self._kind.optional)
             raise ExpressionError(
                 "BT-703", message, given.column, near or f"write '{self._kind.usage}'"
             )
@@ -105,11 +108,14 @@ class ArgumentReader:
     def by_name(self, name: str, given: Given, column: int) -> None:
         """Take the value of the argument of a name, which stands at a column."""
         kind = self._kind
-        if name in self._arguments or (name == "lasting" and self._lasting is not None):
+        others = {"lasting": self._lasting, MAY_NOT_HAPPEN.name: self._may_not_happen}
+        if name in self._arguments or others.get(name) is not None:
             raise ExpressionError("BT-703", f"'{name}' is given twice", column)
         self._note_bare(name, given)
         if name == "lasting":
             self._lasting = self._read_lasting(given, column)
+        elif name == MAY_NOT_HAPPEN.name:
+            self._may_not_happen = bool(argument_value(MAY_NOT_HAPPEN, given.value, given.column))
         elif name in kind.parameters:
             self._arguments[name] = _argument(kind.parameters[name], given)
         elif kind.takes_fields:
@@ -133,7 +139,14 @@ class ArgumentReader:
             message = f"{self._kind.name} needs {' and '.join(missing)}"
             raise ExpressionError("BT-703", message, self._column, f"write '{self._kind.usage}'")
         bare = frozenset(self._bare)
-        planned = PlannedFault(begins, self._kind.name, self._arguments, self._lasting, bare)
+        planned = PlannedFault(
+            begins,
+            self._kind.name,
+            self._arguments,
+            self._lasting,
+            bare,
+            may_not_happen=self._may_not_happen is True,
+        )
         try:
             planned.make()
         except ScenarioError as error:

@@ -12,6 +12,7 @@ from bt_mission.core.text import counted, escape_control, seconds
 from bt_mission.events.log import verdict
 from bt_mission.executive.report import Report
 from bt_mission.executive.status import MissionStatus
+from bt_mission.language.requirements.verdicts import conclusion
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,15 @@ class FleetReport:
         return next((str(status) for status in worst if status in ends), str(MissionStatus.SUCCESS))
 
     @property
-    def is_violated(self) -> bool:
-        """Is a requirement of any mission violated?"""
-        return any(robot.mission.is_violated for robot in self.robots)
+    def verdict(self) -> str:
+        """The status, or if every mission has succeeded, the worst verdict of a requirement."""
+        results = [each for robot in self.robots for each in robot.mission.requirements]
+        return conclusion(self.status, "", results)[0]
+
+    @property
+    def passed(self) -> bool:
+        """Has every mission succeeded, and does no requirement fail?"""
+        return self.verdict == "success"
 
     @property
     def collisions_with_world(self) -> int:
@@ -100,6 +107,7 @@ class FleetReport:
         """The fields by name, ready for JSON; `robots` has an object for each robot."""
         return {
             "fleet": self.fleet,
+            "verdict": self.verdict,
             "status": self.status,
             "succeeded": self._succeeded,
             "world": self.world,
@@ -119,7 +127,7 @@ class FleetReport:
         """A few lines for people: of each robot, and of all."""
         missions = counted(len(self.robots), "mission")
         lines = [
-            f"{self.fleet}: {self.status} ({self._succeeded} of {missions} succeeded)",
+            f"{self.fleet}: {self.verdict} ({self._succeeded} of {missions} succeeded)",
             *self._rows(),
         ]
         reports = [robot.mission for robot in self.robots]
@@ -153,7 +161,7 @@ class FleetReport:
             lines += [
                 f"    requirement {each}"
                 for each in robot.mission.requirements
-                if each.verdict in ("violated", "unknown")
+                if each.fails or each.verdict == "unknown"
             ]
             lines += [f"    fault {each}" for each in robot.mission.faults]
         return lines
@@ -171,5 +179,5 @@ def _row(robot: RobotReport) -> list[str]:
         seconds(report.virtual_s),
         f"{report.distance_travelled_m or 0.0:.2f} m",
         counted(report.collisions or 0, "collision"),
-        verdict(report.status, report.reason),
+        verdict(*report.conclusion),
     ]

@@ -11,6 +11,7 @@ from py_trees.common import Status
 from bt_mission.core.actions import PARTS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.goals.goal import Phase
+from bt_mission.language.requirements.premises import Premise
 from bt_mission.proving.environment import INTERRUPT, ORPHANED, Environment
 from bt_mission.proving.explorer import Explored
 
@@ -69,10 +70,13 @@ class Claims:
     """Reasons for which a mission fails."""
     given_up: dict[tuple[str, str], None] = field(default_factory=dict)
     """Actions and leaves of goals that the ledger has given up on some way."""
+    met: set[tuple[str, Premise]] = field(default_factory=set)
+    """Premises that came true on some way, each with its requirement's name."""
 
     def look(self, environment: Environment) -> tuple[Broken, ...]:
         """Return what the state behind a step shows."""
         self.entered |= environment.entered
+        self.met.update(environment.requirements.met)
         for goal in environment.ledger.open_goals:
             if goal.phase is Phase.LOST:
                 self.given_up.setdefault((goal.goal_client.name, goal.owner))

@@ -22,7 +22,7 @@ from bt_mission.proving.proof import Finding, ProofOptions, StageRun
 from bt_mission.proving.requirements import STATUSES
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import ScenarioResult
-from bt_mission.scenarios.writer import mission_as_data, write_test
+from bt_mission.scenarios.writer import mission_as_data
 
 LONGEST_S = 100.0
 """A mission that runs for this long behind the end of a way counts as one without an end."""
@@ -228,7 +228,7 @@ def _run(
 
 
 def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StageRun:
-    """Write scenario and test."""
+    """Write the scenario."""
     scenario = stem.with_name(f"{stem.name}.scenario.yaml")
     make_folder_of(scenario)
     lines = [f"{finding.property}: {finding.text}"]
@@ -236,12 +236,11 @@ def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StageRun:
     wrapped = [line for whole in lines for line in textwrap.wrap(_line(whole), 90)]
     comment = "\n".join(f"# {line}" for line in wrapped)
     write_file(scenario, f"{comment}\n#\n#   bt-mission run {scenario.name}\n\n{to_yaml(data)}")
-    test = write_test(scenario, "\n".join(wrapped), "prove")
-    return StageRun(scenario=str(scenario), test=str(test))
+    return StageRun(scenario=str(scenario))
 
 
 def _name(mission: str, finding: Finding, names: set[str]) -> str:
-    """Return a new name for files and test."""
+    """Return a new name for files."""
     stem = re.sub(r"\W+", "_", f"{mission}_{finding.property}").strip("_")
     name, number = stem, 1
     while name in names:

@@ -88,13 +88,11 @@ class StageRun:
         is_confirmed: Does the run with the real executive show it? None without a run.
         why_not: Why no run was made, or what it cannot decide.
         scenario: The path of the scenario; "" for none.
-        test: The path of the test; "" for none.
     """
 
     is_confirmed: bool | None = None
     why_not: str = ""
     scenario: str = ""
-    test: str = ""
 
     def __str__(self) -> str:
         if self.is_confirmed is None:
@@ -103,7 +101,7 @@ class StageRun:
             words = "confirmed on the stage"
         else:
             words = "not seen on the stage (spurious: report it)"
-        return words + (f": {self.test}" if self.test else "")
+        return words + (f": {self.scenario}" if self.scenario else "")
 
 
 @dataclass(frozen=True)
@@ -142,7 +140,6 @@ class Finding:
             "text": self.text,
             "steps": list(self.steps),
             "scenario": stage.scenario or None,
-            "test": stage.test or None,
             "confirmed": stage.is_confirmed,
             "undecided": stage.why_not or None,
         }
@@ -163,8 +160,9 @@ class RequirementVerdict:
 
     Attributes:
         verdict: ``proved``, ``violated``, ``needs physics``; ``not violated`` or ``open`` where
-            the exploration is not exhaustive.
-        why: Why it needs physics.
+            the exploration is not exhaustive; ``not exercised`` or ``not applicable`` where it is,
+            and a premise comes true in no run.
+        why: Why it needs physics, or which premise never comes true.
     """
 
     requirement: str
@@ -214,6 +212,11 @@ class Proof:
     outcomes: tuple[CoveragePlace, ...] = ()
     is_interrupted: bool = False
     revision: RevisedEverywhere | None = None
+
+    @property
+    def not_exercised(self) -> tuple[RequirementVerdict, ...]:
+        """The requirements of which the exploration shows nothing, and that do not allow it."""
+        return tuple(entry for entry in self.requirements if entry.verdict == "not exercised")
 
     @property
     def endings(self) -> list[str]:
@@ -361,7 +364,7 @@ def _proved(
         failures=tuple(claims.failures),
         never_entered=never,
         requirements=tuple(
-            _verdict(entry.name, environment, findings, explored, is_proved=not why_not)
+            _verdict(entry, environment, findings, claims, explored, is_proved=not why_not)
             for entry in options.all_requirements(mission)
         ),
         abstracted=tuple(environment.abstracted),
@@ -372,20 +375,26 @@ def _proved(
 
 
 def _verdict(
-    name: str,
+    requirement: Requirement,
     environment: Environment,
     findings: Sequence[Finding],
+    claims: Claims,
     explored: Explored,
     *,
     is_proved: bool,
 ) -> RequirementVerdict:
+    name = requirement.name
     if name in environment.requirements.needs_physics:
         why = environment.requirements.needs_physics[name]
         return RequirementVerdict(name, "needs physics", why)
     if any(entry.requirement == name for entry in findings):
         return RequirementVerdict(name, "violated")
-    verdict = "not violated" if explored.is_exhaustive else "open"
-    return RequirementVerdict(name, "proved" if is_proved else verdict)
+    if not explored.is_exhaustive:
+        return RequirementVerdict(name, "open")
+    for premise in requirement.premises:
+        if (name, premise) not in claims.met:
+            return RequirementVerdict(name, requirement.vacuous_verdict, premise.why_not)
+    return RequirementVerdict(name, "proved" if is_proved else "not violated")
 
 
 def _finding(

@@ -19,6 +19,7 @@ from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import is_outcome
 from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.requirements.formula import Requirement, signals_in, walk
+from bt_mission.language.requirements.premises import Premise
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
 from bt_mission.requirements.compiler import Reader
@@ -67,6 +68,7 @@ class RequirementMonitors:
         needs_physics: By the name of a requirement that is not evaluated, why.
         is_used: Is any evaluated?
         violated: Those that are violated since the last tick.
+        met: The premises that came true with the last tick, each with its requirement's name.
     """
 
     def __init__(
@@ -80,6 +82,7 @@ class RequirementMonitors:
         self._history = NodeHistory()
         self.needs_physics: dict[str, str] = {}
         self.violated: tuple[Requirement, ...] = ()
+        self.met: tuple[tuple[str, Premise], ...] = ()
         self._monitors: list[Monitor] = []
         self._read: dict[Behaviour, None] = {}
         self._ended: dict[Behaviour, None] = {}
@@ -146,14 +149,18 @@ class RequirementMonitors:
         """Take the instant behind a tick, the last one of the mission included."""
         if not self.is_used:
             return
-        executive, violated = self._executive, []
+        executive, violated, met = self._executive, [], []
         is_complete = executive.verdict is not MissionStatus.INTERRUPTED
         for monitor in self._monitors:
+            unmet = monitor.unmet
             if monitor.step(now_ns - executive.started_ns):
                 violated.append(monitor.requirement)
             if executive.is_done and monitor.finish(is_complete=is_complete):
                 violated.append(monitor.requirement)
-        self.violated = tuple(violated)
+            if monitor.unmet != unmet:
+                names = [(monitor.requirement.name, premise) for premise in unmet]
+                met += [pair for pair in names if pair[1] not in monitor.unmet]
+        self.violated, self.met = tuple(violated), tuple(met)
         self._history.forget()
 
     # ---- the state --------------------------------------------------------------------------

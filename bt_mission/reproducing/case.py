@@ -1,4 +1,4 @@
-"""The files of a case: world, mission, scenario, picture, test."""
+"""The files of a case: world, mission, scenario, picture."""
 
 from __future__ import annotations
 
@@ -16,10 +16,8 @@ from bt_mission.reproducing.comparison import Verdict
 from bt_mission.reproducing.diagnosed import DiagnosedFault
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.scenario import Scenario
-from bt_mission.scenarios.writer import write_test
 
 WORLD, MISSION = "world.yaml", "mission.yaml"
-MEANING = "it passes as long as the simulated robot does the same"
 
 
 @dataclass
@@ -63,10 +61,9 @@ class Case:
         """
         return load_scenario(read_text(self.text(faults), str(self.scenario_file)))
 
-    def write(self, faults: Sequence[PlannedFault], notes: Sequence[str], sentence: str) -> Path:
-        """Write the scenario and its test; return the path of the test."""
+    def write(self, faults: Sequence[PlannedFault], notes: Sequence[str]) -> None:
+        """Write the scenario."""
         write_file(self.scenario_file, self.text(faults, notes))
-        return write_test(self.scenario_file, sentence, "reproduce", MEANING)
 
 
 def write_mission_files(folder: Path, files: Mapping[str, str], main: str) -> None:

@@ -95,7 +95,6 @@ class Reproduction:
     report: Report
     runs: int
     unexplained: Sequence[str]
-    test: Path
     picture: Path
     notes: Sequence[str] = ()
     world_shapes: int = 0
@@ -122,7 +121,6 @@ class Reproduction:
             "unexplained": list(self.unexplained),
             "runs": self.runs,
             "scenario": str(self.case.scenario_file),
-            "test": str(self.test),
             "picture": str(self.picture),
         }
 
@@ -219,7 +217,7 @@ class _Reproducer:
         unexplained = [*differences(comparison), *self._open_questions(comparison)]
         sentence = _sentence(evidence.path, comparison)
         notes = [sentence, *(str(each) for each in diagnosed)]
-        test = case.write(faults, notes, sentence)
+        case.write(faults, notes)
         image = self._folder / f"{name}.png"
         write_file(image, picture(sentence, evidence, around, things, simulated))
         return Reproduction(
@@ -230,7 +228,6 @@ class _Reproducer:
             report,
             self._runs,
             unexplained,
-            test,
             image,
             self._recorded.notes,
             len(around.shapes),
@@ -456,8 +453,7 @@ def summary_lines(result: Reproduction) -> list[str]:
     lines += [f"  unexplained: {text}" for text in result.unexplained]
     return [
         *lines,
-        f"  {result.case.scenario_file}: bt-mission run repeats it",
-        f"  {result.test}",
+        f"  {result.case.scenario_file}: bt-mission run repeats it, and pytest",
         f"  {result.picture}: scans, world and both paths",
     ]
 

@@ -6,7 +6,7 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias
+from typing import Protocol
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
@@ -18,12 +18,12 @@ from bt_mission.language.requirements.formula import (
     full_after,
     signals_in,
 )
+from bt_mission.language.requirements.premises import Premise
 from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.language.requirements.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.requirements.compiler import Compiler, Number, Reader
 from bt_mission.requirements.roots import Root
 from bt_mission.requirements.samples import Sample, Truncation
-
-Verdict: TypeAlias = Literal["holds", "violated", "open", "unknown"]
 
 
 class SignalSource(Protocol):
@@ -44,16 +44,15 @@ class RequirementResult:
     """The verdict of a requirement.
 
     Attributes:
-        verdict: ``open`` where the run was over, or cut, before it could be decided; ``unknown``
-            where a signal is not known or never had a value.
         margin: By how much it holds; below 0 by how much it is violated. None where it has no
             measure.
         unit: Of the margin.
         at: The instant that decides the margin, s since the start.
         violated_at: When the violation was noticed, s since the start.
-        why: Why it is open or unknown.
+        why: Why it is open or unknown, or which premise never came true.
         sources: Signals that are measured where a simulation would know the truth, such as
             ``speed by odometry``.
+        unmet: Of each premise that has not come true, what is said of it.
     """
 
     name: str
@@ -66,9 +65,15 @@ class RequirementResult:
     on_violation: OnViolation = "report"
     why: str = ""
     sources: tuple[str, ...] = ()
+    unmet: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return f"{self.name}: {self.outcome}"
+
+    @property
+    def fails(self) -> bool:
+        """Whether a run with this result has not passed."""
+        return self.verdict in FAILING
 
     @property
     def outcome(self) -> str:
@@ -77,7 +82,7 @@ class RequirementResult:
         measure = (
             "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()
         )
-        when = "" if self.at is None else f" at {seconds(self.at)}"
+        when = "" if self.at is None or self.verdict in VACUOUS else f" at {seconds(self.at)}"
         why = f": {self.why}" if self.why else ""
         sources = f" ({', '.join(self.sources)})" if self.sources else ""
         return f"{self.verdict}{measure}{when}{sources}{why}"
@@ -104,8 +109,14 @@ class Monitor:
         )
         self.root: Root | None = None
         """The first of its operators; None where a signal is missing."""
+        self.premises: tuple[tuple[Premise, Root], ...] = ()
+        """Those that have not come true."""
         if not self._missing:
             self.root = self._compiler.root(requirement.root)
+            compiler = Compiler(self._compiler.readers)
+            self.premises = tuple(
+                [(each, compiler.root(each.root)) for each in requirement.premises]
+            )
 
     def step(self, since_start_ns: int) -> bool:
         """Take the next instant; return whether it is violated since this instant."""
@@ -114,10 +125,23 @@ class Monitor:
             return False
         self._last_ns = since_start_ns
         root.step(since_start_ns)
+        if self.premises:
+            self._step_premises(since_start_ns)
         if root.decided is not False or self.violated_ns is not None:
             return False
         self.violated_ns = since_start_ns
         return True
+
+    def _step_premises(self, since_start_ns: int) -> None:
+        for _, root in self.premises:
+            root.step(since_start_ns)
+        if any(root.decided is True for _, root in self.premises):
+            self.premises = tuple([pair for pair in self.premises if pair[1].decided is not True])
+
+    @property
+    def unmet(self) -> tuple[Premise, ...]:
+        """The premises that have not come true."""
+        return tuple([premise for premise, _ in self.premises])
 
     @property
     def now(self) -> Sample:
@@ -141,6 +165,9 @@ class Monitor:
         """
         if self.root is None or self._end is not None:
             return False
+        values = [root.finish(Truncation.NEUTRAL) for _, root in self.premises]
+        pairs = zip(self.premises, values, strict=True)
+        self.premises = tuple([pair for pair, value in pairs if value is None or not value[1]])
         self._end = end = self._at_end(is_complete=is_complete)
         return end[0] == "violated" and self.violated_ns is None
 
@@ -153,6 +180,8 @@ class Monitor:
         if self.root is not None and self.root.decided is True:
             return "holds", value
         if value is None or best is None:
+            if any(premise.is_window for premise in self.unmet):
+                return "holds", None  # nothing fell into its windows
             return "open" if self._never_full else "unknown", None
         if not best[1]:
             return "violated", best
@@ -173,6 +202,8 @@ class Monitor:
     def result(self) -> RequirementResult:
         """The verdict over the run so far, or at its end."""
         verdict, value = self._end or self._so_far
+        if verdict == "holds" and self.premises:
+            verdict = self._without_premise
         has_measure = value is not None and math.isfinite(value[0])
         return RequirementResult(
             name=self.requirement.name,
@@ -185,7 +216,16 @@ class Monitor:
             on_violation=self.requirement.on_violation,
             why=self._why(verdict),
             sources=self._sources,
+            unmet=tuple(premise.why_not for premise in self.unmet),
         )
+
+    @property
+    def _without_premise(self) -> Verdict:
+        """The verdict where nothing is violated, and a premise has not come true."""
+        can_come = self._end is None and any(root.decided is None for _, root in self.premises)
+        if can_come:
+            return "open"
+        return self.requirement.vacuous_verdict
 
     @property
     def _so_far(self) -> tuple[Verdict, Sample]:
@@ -198,6 +238,8 @@ class Monitor:
         if verdict == "unknown":
             problem = "; ".join(self._compiler.problems)
             return self._missing or problem or "its signals never had a value"
+        if verdict in VACUOUS:
+            return self.unmet[0].why_not
         if verdict == "open" and self._end is not None:
             if self._end[1] is None:
                 full_s = full_after(self.requirement.root)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from bt_mission.language.expressions.syntax import Not
 from bt_mission.language.requirements.formula import Requirement, walk
 from bt_mission.language.requirements.syntax import EVERYTHING, FUTURE, Measure, Temporal
+from bt_mission.language.requirements.verdicts import VACUOUS, Verdict
 from bt_mission.requirements.monitor import RequirementResult
 
 BEFORE = "before the mission was resumed"
@@ -27,13 +28,15 @@ def joined(
         before: None where nothing is known of the first part.
         after: Its result where the first instant was that of the resumption.
     """
-    if before is not None and before.verdict in ("violated", "holds"):
+    if before is not None and before.verdict in ("violated", "holds", *VACUOUS):
         return replace(before, why=BEFORE)
     if after.verdict == "unknown":
         return after
+    after = _with_premises(before, after)
     all_of, is_plain = _shape(requirement)
     can_decide = {"violated": is_plain or all_of is True, "holds": is_plain or all_of is False}
-    if not can_decide.get(after.verdict, True):
+    verdict = "holds" if after.verdict in VACUOUS else after.verdict
+    if not can_decide.get(verdict, True):
         return replace(after, verdict="open", violated_at=None, why=SPANS)
     if not is_plain or before is None or before.margin is None:
         return after
@@ -41,8 +44,19 @@ def joined(
     is_older = before.margin < margin if all_of else before.margin > margin
     if not is_older and after.margin is not None:
         return after
-    why = f"its margin is from {BEFORE}"
+    why = after.why or f"its margin is from {BEFORE}"
     return replace(after, margin=before.margin, unit=before.unit, at=before.at, why=why)
+
+
+def _with_premises(before: RequirementResult | None, after: RequirementResult) -> RequirementResult:
+    """Return the result of the second part with the premises that neither part has seen."""
+    if before is None:
+        return after
+    unmet = tuple(why_not for why_not in after.unmet if why_not in before.unmet)
+    if after.verdict in VACUOUS and unmet != after.unmet:
+        verdict: Verdict = after.verdict if unmet else "holds"
+        return replace(after, verdict=verdict, unmet=unmet, why=unmet[0] if unmet else "")
+    return replace(after, unmet=unmet)
 
 
 def _shape(requirement: Requirement) -> tuple[bool | None, bool]:

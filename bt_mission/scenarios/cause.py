@@ -8,15 +8,21 @@ from typing import Literal, TypeAlias
 
 from bt_mission.scenarios.scenario import ScenarioResult
 
-CauseKind: TypeAlias = Literal["failed", "interrupted", "violated", "unexpected", "error"]
+CauseKind: TypeAlias = Literal[
+    "failed", "interrupted", "violated", "not exercised", "untested", "unexpected", "error"
+]
 """``failed``: the mission failed. ``interrupted``: it reached its limit. ``violated``: it ended as
-expected and violated a requirement. ``unexpected``: something else differs from what the scenario
-expects, such as an orphaned goal. ``error``: the scenario could not run."""
+expected and violated a requirement. ``not exercised``: the same, but a premise of a requirement
+never came true. ``untested``: the same, but a planned fault never happened. ``unexpected``:
+something else differs from what the scenario expects, such as an orphaned goal. ``error``: the
+scenario could not run."""
 
 KINDS: dict[CauseKind, str] = {
     "failed": "failed missions",
     "interrupted": "interrupted missions",
     "violated": "violated requirements",
+    "not exercised": "requirements that were not exercised",
+    "untested": "faults that never happened",
     "unexpected": "other differences",
     "error": "scenarios that could not run",
 }
@@ -64,5 +70,11 @@ def kind_of(result: ScenarioResult) -> CauseKind | None:
         if report.status == "success":
             return "unexpected"
         return "interrupted" if report.status == "interrupted" else "failed"
-    unexpected = set(result.violated) - set(expected.violated)
-    return "violated" if unexpected else "unexpected"
+    verdicts = {
+        requirement.verdict
+        for requirement in report.requirements
+        if requirement.name not in expected.violated
+    }
+    kinds: tuple[CauseKind, ...] = ("violated", "not exercised")
+    untested: CauseKind = "untested" if any(f.fails for f in report.faults) else "unexpected"
+    return next((kind for kind in kinds if kind in verdicts), untested)

@@ -15,6 +15,7 @@ from bt_mission.core.yaml.document import Document, Key
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import WrittenFault
+from bt_mission.faults.parameters import MAY_NOT_HAPPEN
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.requirements.monitor import RequirementResult
@@ -137,6 +138,7 @@ class Scenario:
             message = f"expected the end at {expect.before:g} s or earlier"
             yield self._fault("before", f"{message}, got {seconds(report.virtual_s)}")
         yield from self._violations(report)
+        yield from self._missing_faults(report)
         if expect.orphaned_goals not in (None, report.goals_left_behind):
             message = f"expected {expect.orphaned_goals} orphaned goals"
             yield self._fault("orphaned_goals", f"{message}, got {report.goals_left_behind}")
@@ -147,7 +149,7 @@ class Scenario:
     def _violations(self, report: Report) -> Iterator[Diagnostic]:
         for requirement in report.requirements:
             is_expected = requirement.name in self.expect.violated
-            if requirement.verdict == "violated" and not is_expected:
+            if requirement.fails and not is_expected:
                 written = self.document.has("requirements", requirement.name)
                 path: tuple[Key, ...] = ("requirements", requirement.name) if written else ()
                 yield self.document.diagnostic("BT-706", path, f"requirement {requirement}")
@@ -155,6 +157,13 @@ class Scenario:
                 message = f"expected a violation of {quoted(requirement.name)}, got: {requirement}"
                 number = self.expect.violated.index(requirement.name)
                 yield self.document.diagnostic("BT-706", ("expect", "violated", number), message)
+
+    def _missing_faults(self, report: Report) -> Iterator[Diagnostic]:
+        """Yield the faults that never happened, each at its place."""
+        for written, outcome in zip(self.faults, report.faults, strict=False):
+            if outcome.fails:
+                hint = f"if the run may end before it, add '{MAY_NOT_HAPPEN.name}' to the fault"
+                yield written.locate("BT-706", f"fault {outcome}", hint, "", 0)
 
     def _fault(self, key: str, message: str) -> Diagnostic:
         path: tuple[Key, ...] = ("expect", key) if self.document.has("expect", key) else ("expect",)

@@ -9,7 +9,6 @@ from typing import Any, Protocol
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_file, look_for
-from bt_mission.core.output import write_file
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.executive.report import Report
@@ -31,24 +30,6 @@ OBSERVER = "observer"
 
 DRAWN = frozenset(("share", "jitter"))
 """Arguments of faults that draw random numbers."""
-
-
-TEST = '''"""{sentence}
-
-Found by bt-mission {command}; {meaning}. To see it:
-bt-mission run {file}
-"""
-
-from pathlib import Path
-
-import bt_mission
-
-
-def test_{name}():
-    scenario = Path(__file__).with_name("{file}")
-    result = bt_mission.run_scenario(scenario)
-    assert result.passed, str(result)
-'''
 
 
 class NotExpressibleError(BtMissionError):
@@ -245,33 +226,6 @@ def mission_as_data(mission: Mission, folder: Path) -> dict[str, Any]:
         if value != head.get("inputs", {}).get(name)
     }
     return {**data, **({"inputs": given} if given else {})}
-
-
-def write_test(
-    scenario: Path,
-    sentence: str,
-    command: str,
-    meaning: str = "it passes once the mission is fixed",
-) -> Path:
-    """Write the test of a scenario beside it; return its path.
-
-    Args:
-        scenario: ``NAME.scenario.yaml``.
-        sentence: What the scenario shows, in lines.
-        command: The command that has found it.
-        meaning: When the test passes.
-
-    Raises:
-        BtMissionError: It cannot be written.
-    """
-    name = scenario.name.removesuffix(".scenario.yaml")
-    path = scenario.with_name(f"test_{name}.py")
-    quoted = sentence.replace("\\", "\\\\").replace('"', "'")
-    text = TEST.format(
-        sentence=quoted, command=command, meaning=meaning, name=name, file=scenario.name
-    )
-    write_file(path, text)
-    return path
 
 
 def _refuse_files(head: Mapping[str, Any]) -> None:

@@ -19,7 +19,7 @@ from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.writer import mission_as_data, write_test
+from bt_mission.scenarios.writer import mission_as_data
 from bt_mission.search.candidate import Candidate, given_world
 from bt_mission.search.guide import Failure, is_hidden
 from bt_mission.search.search import Counterexample
@@ -41,7 +41,6 @@ class CounterexampleFiles:
 
     folder: Path
     scenario: Path
-    test: Path
     recording: Path | None
     report: Path | None
     sentence: str
@@ -85,12 +84,11 @@ def _write_found(
     full = textwrap.fill(f"{summary[0].upper()}{summary[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
     write_file(scenario, head + text)
-    test = write_test(scenario, full, "falsify")
     if report is None:
-        return CounterexampleFiles(folder, scenario, test, None, None, summary, None)
+        return CounterexampleFiles(folder, scenario, None, None, summary, None)
     write_report(recording, page)
     is_same = report.trace_sha256 == counterexample.row.trace_sha256
-    return CounterexampleFiles(folder, scenario, test, recording, page, summary, is_same)
+    return CounterexampleFiles(folder, scenario, recording, page, summary, is_same)
 
 
 def scenario_data(

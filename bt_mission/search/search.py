@@ -7,7 +7,7 @@ from contextlib import aclosing
 from dataclasses import dataclass, field, replace
 
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.guide import BEST, Failure, Guide
+from bt_mission.search.guide import BEST, Failure, Guide, is_hidden
 from bt_mission.search.reference import Reference
 from bt_mission.search.strategies import BATCH, Strategy
 from bt_mission.sweeps.base import BaseScenario
@@ -65,6 +65,7 @@ class SearchState(RunCounts):
             requirement's name.
         counterexamples: One for each cause of a failure; minimized after the search.
         simplifying_runs: The number of scenarios that were run to minimize them.
+        unexercised: The requirements whose premises came true in no run.
     """
 
     outside: int = 0
@@ -72,10 +73,14 @@ class SearchState(RunCounts):
     smallest: tuple[float, str] | None = None
     counterexamples: list[Counterexample] = field(default_factory=list)
     simplifying_runs: int = 0
+    unexercised: tuple[str, ...] = ()
 
     def count(self, row: ScenarioRow, guide: Guide) -> None:
         """Take a run of the search into account."""
         self.count_run(row)
+        vacuous = [name for name in row.unexercised if not is_hidden(name)]
+        known = vacuous if self.runs == 1 else self.unexercised
+        self.unexercised = tuple(name for name in known if name in vacuous)
         self.outside += not row.is_error and not guide.is_assumed(row)
         smallest = guide.smallest(row)
         if smallest is not None and (self.smallest is None or smallest < self.smallest):

@@ -375,8 +375,8 @@ class MissionServer(ValidClock, Node):
             MissionStatus.INTERRUPTED: Result.STOPPED,
         }
         code, reason = codes[executive.status], executive.reason
-        if code == Result.NONE and report.is_violated:
-            code, reason = VIOLATED, report.violations
+        if code == Result.NONE and not report.passed:
+            code, reason = VIOLATED, report.failing
         self._end(
             run.handle,
             code,

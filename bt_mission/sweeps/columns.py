@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.language.requirements.verdicts import VACUOUS
 from bt_mission.scenarios.cause import Cause
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore
@@ -165,7 +166,9 @@ class SweepColumns:
 
 
 def _margins_of(row: ScenarioRow) -> Iterator[tuple[str, float]]:
-    """Yield the name and the margin of each requirement with a finite one."""
+    """Yield the name and the margin of each requirement that was exercised, if it is finite."""
     for name, requirement in row.requirements.items():
+        if requirement.verdict in VACUOUS:
+            continue
         if requirement.margin is not None and math.isfinite(requirement.margin):
             yield name, requirement.margin

@@ -21,6 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from bt_mission.core.nature import BY_NAME
 from bt_mission.core.text import cut
+from bt_mission.language.requirements.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.scenarios.cause import Cause, CauseKind, kind_of, masked
 from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -53,13 +54,12 @@ class RequirementMargin:
     """The result of a requirement in one run.
 
     Attributes:
-        verdict: ``holds``, ``violated``, ``open`` or ``unknown``.
         margin: By how much it holds, in the unit; negative by how much it is violated. None without
             a measure.
         at: The instant that decides, s since the start.
     """
 
-    verdict: Annotated[str, Field(pattern="^(holds|violated|open|unknown)$")]
+    verdict: Verdict
     margin: float | None = None
     unit: str = ""
     at: float | None = None
@@ -87,7 +87,7 @@ class ScenarioRow:
         virtual_s: ROS time from start to end, s.
         wall_s: Wall time of the run with its set-up, s.
         distance_m: True length of the robot's path, m.
-        least_margin: The smallest margin of all requirements; units may differ.
+        least_margin: The smallest margin of all requirements that were exercised; units may differ.
         requirements: The result of each, by name.
         coverage: What of the tree was reached, as hexadecimal digits (`bt_mission.coverage`).
         trace_sha256: Equal for two runs in which the same things happened at the same times.
@@ -139,12 +139,19 @@ class ScenarioRow:
         return self.outcome == "error"
 
     @property
+    def unexercised(self) -> tuple[str, ...]:
+        """The requirements that were not exercised."""
+        return tuple(
+            name for name, each in self.requirements.items() if each.verdict == "not exercised"
+        )
+
+    @property
     def why_failed(self) -> str:
         """Why it has not passed, in one line; empty if it has."""
         if self.cause_kind == "":
             return ""
-        if self.cause_kind == "violated":
-            return f"requirement violated: {self._first_violated}"
+        if self.cause_kind in FAILING:
+            return f"requirement {self.cause_kind}: {self._failing}"
         return self.reason.splitlines()[0] if self.reason else self.outcome
 
     @property
@@ -152,20 +159,20 @@ class ScenarioRow:
         """Why it has not passed, equal for rows with the same cause; None if it has."""
         if self.cause_kind == "":
             return None
-        if self.cause_kind == "violated":
-            return Cause("violated", self._first_violated)
+        if self.cause_kind in FAILING:
+            return Cause(self.cause_kind, self._failing)
         place = self.failed_path if self.cause_kind in ("failed", "interrupted") else ""
         return Cause(self.cause_kind, place, masked(self.why_failed))
 
     @property
-    def _first_violated(self) -> str:
-        """Name the requirement that was violated first."""
-        violated = [
+    def _failing(self) -> str:
+        """Name the requirement that is the cause, of several the one that was decided first."""
+        failing = [
             (name, requirement)
             for name, requirement in self.requirements.items()
-            if requirement.verdict == "violated"
+            if requirement.verdict == self.cause_kind
         ]
-        return min(violated, key=lambda pair: math.inf if pair[1].at is None else pair[1].at)[0]
+        return min(failing, key=lambda pair: math.inf if pair[1].at is None else pair[1].at)[0]
 
 
 _ROW = TypeAdapter(ScenarioRow)
@@ -184,10 +191,9 @@ def row_of_columns(columns: Mapping[str, Any]) -> ScenarioRow:
         name = str(first["loc"][0])
         what = first["msg"] if first["type"] == "json" else "is invalid"
         raise ValueError(f"column '{name}': {cut(repr(columns[name]), 60)} {what}") from None
-    is_violated = any(
-        requirement.verdict == "violated" for requirement in row.requirements.values()
-    )
-    if row.passed != (row.cause_kind == "") or (row.cause_kind == "violated" and not is_violated):
+    verdicts = {requirement.verdict for requirement in row.requirements.values()}
+    is_shown = row.cause_kind not in FAILING or row.cause_kind in verdicts
+    if row.passed != (row.cause_kind == "") or not is_shown:
         raise ValueError(f"column 'cause_kind': '{row.cause_kind}' contradicts the other columns")
     return row
 
@@ -204,10 +210,12 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
     failure = report.failure
     kind = kind_of(result)
     reason = report.reason
-    if kind in ("violated", "unexpected"):
+    if kind in (*FAILING, "untested", "unexpected"):
         reason = "; ".join(difference.message for difference in result.differences)
     known = [
-        requirement.margin for requirement in report.requirements if requirement.margin is not None
+        requirement.margin
+        for requirement in report.requirements
+        if requirement.margin is not None and requirement.verdict not in VACUOUS
     ]
     return ScenarioRow(
         id=scenario.id,

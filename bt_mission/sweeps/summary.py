@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bt_mission.core.statistics import samples_as_text, wilson
+from bt_mission.language.requirements.verdicts import VACUOUS, VERDICTS, Verdict
 from bt_mission.scenarios.cause import KINDS, Cause, CauseKind
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
@@ -184,6 +185,7 @@ class RequirementTally:
         unit: That of the smallest margin: of a formula with several measures, whichever decides.
         units: Those of all margins.
         example: The id of the scenario that had it.
+        known_samples: The samples in which its premises came true.
     """
 
     verdicts: Counter[str] = field(default_factory=Counter)
@@ -192,11 +194,29 @@ class RequirementTally:
     units: set[str] = field(default_factory=set)
     example: str = ""
     number: int = 0
+    known_samples: set[int] = field(default_factory=set, repr=False)
+
+    @property
+    def exercised(self) -> int:
+        """The number of runs in which its premises came true."""
+        return sum(count for verdict, count in self.verdicts.items() if verdict not in VACUOUS)
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """The 95 % Wilson interval of the share of exercised runs in which it holds.
+
+        None without any.
+        """
+        if not self.exercised:
+            return None
+        return wilson(self.verdicts["holds"], self.exercised, len(self.known_samples))
 
     def add(self, row: ScenarioRow, margin: RequirementMargin) -> None:
         """Count a row's."""
         self.verdicts[margin.verdict] += 1
-        if margin.margin is None:
+        if margin.verdict not in VACUOUS:
+            self.known_samples.add(sample_of(row))
+        if margin.margin is None or margin.verdict in VACUOUS:
             return
         self.units.add(margin.unit)
         if self.least is None or (margin.margin, row.number) < (self.least, self.number):
@@ -205,8 +225,19 @@ class RequirementTally:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON data."""
-        counts = {key: self.verdicts[key] for key in ("holds", "violated", "open", "unknown")}
-        return {**counts, "least_margin": self.least, "unit": self.unit, "scenario": self.example}
+        return {
+            **{verdict: self.verdicts[verdict] for verdict in VERDICTS},
+            "interval": self.interval,
+            "least_margin": self.least,
+            "unit": self.unit,
+            "scenario": self.example,
+        }
+
+
+def shown_verdicts(tallies: Iterable[RequirementTally]) -> list[Verdict]:
+    """Return the verdicts that tables show: the usual ones, and those of runs without premises."""
+    known = {verdict for tally in tallies for verdict, count in tally.verdicts.items() if count}
+    return [verdict for verdict in VERDICTS if verdict not in VACUOUS or verdict in known]
 
 
 @dataclass

@@ -144,12 +144,12 @@ class Assertions:
         self._expected_violations.update(names)
 
     @property
-    def unexpected_violations(self) -> tuple[str, ...]:
-        """A line for each requirement that is violated, and was not expected to be."""
+    def failing_requirements(self) -> tuple[str, ...]:
+        """A line for each requirement that fails, and was not expected to be violated."""
         return tuple(
             str(result)
             for name, result in self.requirements.items()
-            if result.verdict == "violated" and name not in self._expected_violations
+            if result.fails and name not in self._expected_violations
         )
 
     @property
@@ -163,6 +163,8 @@ class Assertions:
 
     def check(self, requirement: str) -> Verdict:
         """Evaluate a requirement over the control steps so far, as if the run ended there.
+
+        One whose premise never came true does not hold, unless it begins with `may not apply:`.
 
         It can name the signals that moments have: those of the simulation and of odometry, nodes,
         variables, `open_goals`, and topics that are recorded. `time` is since the start.
@@ -184,7 +186,7 @@ class Assertions:
         if not self.moments:
             return self._kept(Verdict(holds=False, line="the run has no control step to check"))
         at = result.at if result.violated_at is None else result.violated_at
-        if result.verdict == "holds":
+        if result.verdict in ("holds", "not applicable"):
             return Verdict(holds=True, line=result.outcome, t=at, margin=result.margin)
         signals.moment = next(
             (moment for moment in self.moments if moment.t == at), self.moments[-1]

@@ -30,7 +30,7 @@ class ScenarioFailed(AssertionError):  # noqa: N818 - its name stands in pytest'
 
 
 class FleetFailed(AssertionError):  # noqa: N818 - its name stands in pytest's summary
-    """A mission of a fleet did not succeed, or violated a requirement."""
+    """A mission of a fleet did not succeed, or a requirement fails."""
 
 
 class FileItems(pytest.File):
@@ -138,7 +138,7 @@ class FleetItem(FileItem):
                 ("seed", robot.mission.seed),
                 ("trace_sha256", robot.mission.trace_sha256),
             ]
-        has_failed = report.status != "success" or report.is_violated
+        has_failed = not report.passed
         kept = ""
         if recording and (has_failed or what_to_record(self.config) == "all"):
             kept = f"\n{self.results.keep(self, recording)}"

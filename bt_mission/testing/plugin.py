@@ -112,15 +112,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collect scenarios and fleets.
-
-    A scenario with its own test beside it, as `prove` writes it, runs by that test. It is
-    collected only where it is named.
-    """
+    """Collect scenarios and fleets: each is a test."""
     if not file_path.name.endswith((".scenario.yaml", ".fleet.yaml")):
-        return None
-    test = file_path.with_name(f"test_{file_path.name.removesuffix('.scenario.yaml')}.py")
-    if test.exists() and not parent.session.isinitpath(file_path):
         return None
     from bt_mission.testing.file_items import FileItems
 
@@ -185,11 +178,12 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
         made.close()
     for what, lines in (
         ("orphaned goals", [line for made in stages for line in made.left_behind]),
-        ("requirements violated", [line for made in stages for line in made.violated]),
+        ("requirements failed", [line for made in stages for line in made.failing]),
         (
             "expected violations are missing",
             [line for made in stages for line in made.not_violated],
         ),
+        ("not tested", [line for made in stages for line in made.untested]),
     ):
         if lines:
             pytest.fail(f"{what}: {'; '.join(lines)}", pytrace=False)

@@ -56,8 +56,8 @@ def prove(
         bounds=Bounds(states=states),
     )
     proof = explore(required(examine(source, set=dict(inputs or {}), servers=None)), options)
-    if proof.findings:
-        raise ProofFailed("\n".join([f"{proof.mission}:", *map(str, proof.findings)]))
+    if failed := [*proof.not_exercised, *proof.findings]:
+        raise ProofFailed("\n".join([f"{proof.mission}:", *map(str, failed)]))
     if not (proof.proved or proof.not_violated):
         raise ProofFailed(f"{proof.mission}: not explored to the end: {'; '.join(proof.why_not)}")
     return proof

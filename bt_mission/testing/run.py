@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,22 @@ LIMIT_S = 600.0
 """Virtual seconds after which a run counts as one that never ends."""
 
 LAST_EVENTS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class PendingActions:
+    """Actions of a test that wait for their time or their condition.
+
+    Attributes:
+        what: How the test has asked for them.
+        condition: None for a time.
+        may_not_happen: Does the test pass without them?
+    """
+
+    actions: tuple[Action, ...]
+    what: str
+    condition: Condition | None = None
+    may_not_happen: bool = False
 
 
 class NeverHeldError(AssertionError):
@@ -68,7 +85,7 @@ class Run(Assertions):
         """Gives what to type to see the run again; empty where nothing is kept of it."""
         self._observer: Node | None = None
         self._error: Exception | None = None
-        self._waiting: list[tuple[Condition, tuple[Action, ...]]] = []
+        self._pending: list[PendingActions] = []
         self._beats = 0
         self._is_closed = False
         self.stopped_s: float | None = None
@@ -136,21 +153,34 @@ class Run(Assertions):
         for action in actions:
             action(self)
 
-    def at(self, time: float, *actions: Action) -> None:
+    def at(self, time: float, *actions: Action, may_not_happen: bool = False) -> None:
         """Apply actions at a time: after the measurements of that instant, before all else.
+
+        Args:
+            may_not_happen: If not, a test fails whose run ends before that time.
 
         Raises:
             ScenarioError: When that time is past.
         """
         if time < self.t - 1e-9:
             raise ScenarioError(f"{time:g} s is in the past: the run is at {self.t:g} s")
+        pending = PendingActions(actions, f"run.at({time:g}, ...)", may_not_happen=may_not_happen)
+        self._pending.append(pending)
         self.stage.clock.call_at(
-            self.stage.start_ns + round(time * 1e9), lambda: self._do_within_a_step(actions)
+            self.stage.start_ns + round(time * 1e9), lambda: self._do_within_a_step(pending)
         )
 
-    def when(self, condition: Condition, *actions: Action) -> None:
-        """Apply actions once, after the first control step at which a condition holds."""
-        self._waiting.append((condition, actions))
+    def when(self, condition: Condition, *actions: Action, may_not_happen: bool = False) -> None:
+        """Apply actions once, after the first control step at which a condition holds.
+
+        Args:
+            may_not_happen: If not, a test fails in whose run the condition never holds.
+        """
+        self._pending.append(
+            PendingActions(
+                actions, "run.when(...)", condition=condition, may_not_happen=may_not_happen
+            )
+        )
 
     # ---- asking --------------------------------------------------------------------------
 
@@ -334,16 +364,31 @@ class Run(Assertions):
             f"{what}; at {seconds(self.t)}:\n{history.tree_text(len(history.changes))}"
         )
 
-    def _do_within_a_step(self, actions: tuple[Action, ...]) -> None:
+    @property
+    def pending(self) -> tuple[PendingActions, ...]:
+        """The actions whose time or condition has not come."""
+        return tuple(self._pending)
+
+    @property
+    def untested(self) -> Iterator[str]:
+        """A line for each thing that the test has prepared and that has not happened."""
+        if not self.moments:
+            yield f"the run of '{self.mission.name}' was never moved: call run.until_done()"
+            return
+        for pending in self._pending:
+            if not pending.may_not_happen:
+                yield f"{pending.what} never happened: the run was over at {seconds(self.t)}"
+
+    def _do_within_a_step(self, pending: PendingActions) -> None:
         """What goes wrong in an action is the test's business, not the mission's."""
+        self._pending.remove(pending)
         try:
-            self.do(*actions)
+            self.do(*pending.actions)
         except Exception as error:  # noqa: BLE001 - raised again once the step is over
             self.blame_test(error)
 
     def _act_by_condition(self, moment: Moment) -> None:
-        for pair in tuple(self._waiting):
-            condition, actions = pair
-            if holds(condition, moment):
-                self._waiting.remove(pair)
-                self.do(*actions)
+        for pending in tuple(self._pending):
+            if pending.condition is not None and holds(pending.condition, moment):
+                self._pending.remove(pending)
+                self.do(*pending.actions)

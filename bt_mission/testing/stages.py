@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -67,15 +67,20 @@ class Stages:
         self._replay = replay
         self.runs: list[Run] = []
         self.left_behind: list[str] = []
-        self.violated: list[str] = []
-        """Requirements that no test expected to be violated."""
+        self.failing: list[str] = []
+        """Requirements that fail, and that no test expected to be violated."""
         self.not_violated: list[str] = []
         """Requirements that a test expected to be violated."""
+        self.untested: list[str] = []
+        """What the test has prepared, and what has not happened."""
         self.faults = Faults()
         self.spawn_box = self.faults.spawn_box
         self.spawn_cylinder = self.faults.spawn_cylinder
         self.move_box = self.faults.move_box
         self.remove_box = self.faults.remove_box
+        self._plans: list[FaultPlan] = []
+        self._idle: set[ScriptedServer] = set()
+        """Servers that need get no goal."""
         self.scripted: dict[str, ScriptedServer] = {}
         """The servers that the test plays, by the full names of their actions."""
         self._exit = ExitStack()
@@ -140,7 +145,9 @@ class Stages:
             ExpressionError: For a text that is not a fault.
         """
         planned = [parse_fault(fault) if isinstance(fault, str) else fault for fault in faults]
-        return FaultPlan(run, planned)
+        plan = FaultPlan(run, planned)
+        self._plans.append(plan)
+        return plan
 
     def run_scenario(self, scenario: str | Path | Scenario) -> ScenarioResult:
         """Run a scenario; return its result. :attr:`runs` has the run.
@@ -153,6 +160,7 @@ class Stages:
         self._clear()
         with scenario.at_its_start():
             run = self._begin(scenario.mission, scenario_options(scenario))
+        run.expect_violation(*scenario.expect.violated)
         with planned_in([run], scenario.faults) as with_outcomes:
             stop_at(run.stage, scenario.limit)
             while not run.is_done:
@@ -187,13 +195,19 @@ class Stages:
         return path
 
     def scripted_server(
-        self, name: str, type_name: str | None = None, **habits: Any
+        self,
+        name: str,
+        type_name: str | None = None,
+        *,
+        may_not_be_asked: bool = False,
+        **habits: Any,
     ) -> ScriptedServer:
         """An action server that the test plays, in place of the shipped one.
 
         Args:
             name: Of the action; a short name of the mission language will do.
             type_name: Such as ``bt_mission_interfaces/action/Turn``; known for short names.
+            may_not_be_asked: If not, a test fails in which it gets no goal.
             habits: Of :class:`ScriptedServer`.
 
         Raises:
@@ -207,6 +221,8 @@ class Stages:
             name, type_name = short.name, short.type
         server = ScriptedServer(self.node(f"scripted_{name}"), type_name, name, **habits)
         self.scripted[server.node.resolve_topic_name(name)] = server
+        if may_not_be_asked:
+            self._idle.add(server)
         return server
 
     def node(self, name: str) -> Node:
@@ -238,10 +254,29 @@ class Stages:
         try:
             for run in self.runs:
                 self.left_behind += run.close()
-                self.violated += run.unexpected_violations
+                self.failing += run.failing_requirements
                 self.not_violated += run.missing_violations
+            self.untested += self._untested()
         finally:
             self._exit.close()
+
+    def _untested(self) -> Iterator[str]:
+        for run in self.runs:
+            yield from run.untested
+        for plan in self._plans:
+            yield from (f"fault {outcome}" for outcome in plan.outcomes() if outcome.fails)
+        planned = {id(fault) for plan in self._plans for fault in plan.faults}
+        for run in self.runs:
+            planned |= {id(action) for pending in run.pending for action in pending.actions}
+        for fault in self.faults.made:
+            if not fault.has_ever_begun and id(fault) not in planned:
+                yield f"{fault!r} was never begun: pass it to run.do, run.at or run.when"
+        for name, server in self.scripted.items():
+            if not server.goals and server not in self._idle:
+                yield (
+                    f"the scripted server of {name} got no goal: remove it, or allow it by "
+                    "may_not_be_asked=True"
+                )
 
     def _begin(self, mission: Mission, options: Mapping[str, Any]) -> Run:
         """Put a mission on the stage."""

@@ -22,11 +22,11 @@ def test_json_names_the_files_and_what_the_stage_has_shown(cli: CommandLine) -> 
     rows = []
     for more in ("-o findings", "--confirm", ""):
         (finding,) = cli.json(f"prove m.yaml --faults 1 {more}", 1)["findings"]
-        rows.append((finding["scenario"], finding["test"], finding["confirmed"]))
-    scenario, test = "findings/m_unset_variable.scenario.yaml", "findings/test_m_unset_variable.py"
-    assert rows == [(scenario, test, True), (None, None, True), (None, None, None)]
+        rows.append((finding["scenario"], finding["confirmed"]))
+    scenario = "findings/m_unset_variable.scenario.yaml"
+    assert rows == [(scenario, True), (None, True), (None, None)]
     pages = {"findings/proof.html", "findings/m_unset_variable.html"}
-    assert {scenario, test, *pages} == {str(path) for path in Path("findings").iterdir()}
+    assert {scenario, *pages} == {str(path) for path in Path("findings").iterdir()}
 
 
 def test_a_folder_with_files_is_refused(cli: CommandLine) -> None:

@@ -207,7 +207,7 @@ def test_requirements_may_come_before_the_tree():
     (changed,) = take_all(feed, executive)
     assert isinstance(changed, RequirementChanged)
     assert (changed.name, changed.verdict, changed.margin) == ("is slow", "violated", -0.1)
-    assert [requirement.name for requirement in mission.violated] == ["is slow"]
+    assert [requirement.name for requirement in mission.failing] == ["is slow"]
 
 
 def test_a_reset_takes_back_how_a_node_has_ended_but_for_the_round():

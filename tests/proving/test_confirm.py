@@ -45,7 +45,8 @@ UNSET = """  sequence:
 def test_a_rejected_goal_is_scripted_and_its_test_passes_after_the_mend(tmp_path: Path) -> None:
     """The scenario fails as long as the mistake is in the mission."""
     (finding,) = run_all(tmp_path, UNSET)
-    assert str(finding.stage) == f"confirmed on the stage: {tmp_path}/test_m_unset_variable.py"
+    scenario = f"{tmp_path}/m_unset_variable.scenario.yaml"
+    assert str(finding.stage) == f"confirmed on the stage: {scenario}"
     data = scenario_of(finding)
     assert data["servers"] == {"turn": [{"answer": "reject"}]}
     assert data["mission"] == "m.yaml"

@@ -86,7 +86,7 @@ def test_a_silent_lidar_is_named_and_its_violation_is_repeated(
     assert result["path_error_m"]["largest"] < 0.05
     assert result["unexplained"] == []
     names = {path.name for path in (tmp_path / case).iterdir()}
-    files = {"robot.scenario.yaml", "robot.png", "test_robot.py"}
+    files = {"robot.scenario.yaml", "robot.png"}
     assert names == {"world.yaml", "mission.yaml", *files}
     assert main(["run", str(tmp_path / case / "robot.scenario.yaml"), "--plain"]) == 0
 

@@ -288,3 +288,66 @@ def test_a_signal_is_read_only_where_its_lower_bound_may_be_the_worst() -> None:
         reads.append(signals.reads)
     assert reads == [1, 1, 2, 2]
     assert (monitor.result.margin, monitor.result.at) == (0.35, 0.1)
+
+
+NEVER = "'x > 100' never came true"
+X = "x > 100"
+
+
+@pytest.mark.parametrize(
+    ("text", "verdict", "why"),
+    [
+        (f"whenever {X}: speed < 1", "not exercised", NEVER),
+        (f"whenever {X}: speed < 1 within 3 s", "not exercised", NEVER),
+        (f"may not apply: whenever {X}: speed < 1", "not applicable", NEVER),
+        (f"always ({X} implies speed < 1) and x < 50", "not exercised", NEVER),
+        (f"eventually ({X} implies speed < 1)", "not exercised", NEVER),
+        (
+            f"whenever speed < 1: ({X} implies x < 50)",
+            "not exercised",
+            f"{NEVER} under 'speed < 1'",
+        ),
+        (
+            f"(always {X}) implies (always speed < 1)",
+            "not exercised",
+            f"'(always {X})' never came true",
+        ),
+        (
+            "always between 20 s and 30 s: speed < 1",
+            "not exercised",
+            "the run ended before its window, which begins at 20 s",
+        ),
+        (
+            "whenever speed < 1: always between 20 s and 30 s: speed < 1",
+            "not exercised",
+            "the run ended before its window, which begins 20 s later under 'speed < 1'",
+        ),
+        (
+            "eventually between 20 s and 30 s: speed < 1",
+            "open",
+            "the run ended before it could be decided",
+        ),
+        (f"never ({X} implies speed < 1)", "violated", ""),
+        (f"whenever ({X} implies speed < 1): speed < 1", "holds", ""),
+        ("whenever x < 50: speed < 1", "holds", ""),
+        ("always x < 50 or speed < 1", "holds", ""),
+        (f"whenever {X}: age('scan') < 1", "not exercised", NEVER),
+    ],
+)
+def test_a_premise_that_never_comes_true(text: str, verdict: str, why: str) -> None:
+    """The left side of an implication that is asked for, and the beginning of a window ahead."""
+    result = watched(text, x=[0.0, 1.0, 0.0], speed=[0.0, 0.0, 0.0], age_of_scan=[0.0, 0.0, 0.0])
+    assert (result.verdict, result.why) == (verdict, why)
+
+
+def test_a_premise_may_still_come_true_while_the_run_goes_on() -> None:
+    """`eventually (a implies b)` is true at once; it is decided when `a` has come true."""
+    signals = PlayedSignals({"x": 0.0, "speed": 0.0})
+    text = f"eventually ({X} implies speed < 1)"
+    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    verdicts = []
+    for step, x in enumerate((0.0, 0.0, 101.0, 0.0)):
+        signals.values = {"x": x, "speed": 0.0}
+        monitor.step(step * STEP_NS)
+        verdicts.append(monitor.result.verdict)
+    assert verdicts == ["open", "open", "holds", "holds"]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.requirements.monitor import RequirementResult, Verdict
+from bt_mission.language.requirements.verdicts import Verdict
+from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.requirements.resumption import joined
 
 
@@ -78,3 +81,18 @@ def test_the_margin_is_the_worst_of_both_parts() -> None:
         )
         assert results.margin == expected
         assert ("its margin is from before" in str(results)) == (expected == before)
+
+
+@pytest.mark.parametrize(
+    ("unmet_before", "verdict", "unmet"),
+    [(("a", "b"), "not exercised", ("b",)), (("a",), "holds", ()), ((), "holds", ())],
+)
+def test_a_premise_that_came_true_in_either_part(
+    unmet_before: tuple[str, ...], verdict: str, unmet: tuple[str, ...]
+) -> None:
+    """Only those that neither part has seen are left."""
+    text = "whenever speed > 0.3: time < 9"
+    before = replace(result(text, "open"), unmet=unmet_before)
+    after = replace(result(text, "not exercised"), unmet=("b",), why="b")
+    whole = joined(requirement(text), before, after)
+    assert (whole.verdict, whole.unmet, whole.why) == (verdict, unmet, "".join(unmet))

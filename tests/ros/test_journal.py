@@ -58,7 +58,7 @@ def test_what_was_violated_stays_so(ros: Any, tmp_path: Path) -> None:
     assert quick.violated_at == 1.25
     assert str(quick).endswith(": before the mission was resumed")
     assert order.why == "it is about times across the instant at which the mission was resumed"
-    assert second.report().is_violated
+    assert second.report().failing
 
 
 def test_what_was_open_is_judged_from_the_resumption_on(ros: Any, tmp_path: Path) -> None:

@@ -169,7 +169,7 @@ def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     assert all([requirement.name for requirement in sent.requirements] == NAMES for sent in reports)
     verdicts = [mission.requirements[at].verdict for at in range(4)]
     assert verdicts == ["holds", "violated", "holds", "unknown"]
-    (quick,) = mission.violated
+    (quick,) = mission.failing
     assert (quick.name, quick.requirement) == ("is quick", "always time < 1.22")
     assert (quick.violated_at, quick.unit, quick.on_violation) == (1.25, "s", "report")
     assert quick.at is not None

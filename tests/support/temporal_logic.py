@@ -22,8 +22,8 @@ from bt_mission.language.expressions.syntax import (
     Not,
     SyntaxNode,
 )
-from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
-from bt_mission.requirements.monitor import Verdict
+from bt_mission.language.requirements.syntax import Implies, Measure, SignalValue, Temporal
+from bt_mission.language.requirements.verdicts import Verdict
 from bt_mission.requirements.samples import Truncation
 
 Rated = tuple[float, bool]
@@ -67,7 +67,7 @@ class Definition:
                 return self._ahead(node, operand, at, all_of=all_of, positive=positive)
             case Temporal(word=word, operands=(operand,)):
                 all_of = (word == "historically") is positive
-                inside = [k for k in range(at + 1) if self._is_in(node, at, k)]
+                inside = [k for k in range(at + 1) if self.is_in(node, at, k)]
                 old = [k for k in range(at + 1) if self._since(k, at) >= node.window.start - 1e-9]
                 if not old:
                     return _vacuous(holds=all_of)
@@ -85,7 +85,8 @@ class Definition:
     def _since(self, earlier: int, other: int) -> float:
         return self.times[other] - self.times[earlier]
 
-    def _is_in(self, node: Temporal, at: int, k: int) -> bool:
+    def is_in(self, node: Temporal, at: int, k: int) -> bool:
+        """Return whether an instant is in the window of another."""
         apart = abs(self.times[k] - self.times[at])
         return node.window.start - 1e-9 <= apart <= node.window.end + 1e-9
 
@@ -109,7 +110,7 @@ class Definition:
     def _ahead(
         self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
     ) -> Rated | None:
-        inside = [k for k in range(at, len(self.times)) if self._is_in(node, at, k)]
+        inside = [k for k in range(at, len(self.times)) if self.is_in(node, at, k)]
         rating = _over_time(
             [self.rate(operand, k, positive=positive) for k in inside], all_of=all_of
         )
@@ -130,8 +131,8 @@ class Definition:
             if self.times[k] > self.times[at] + node.window.end + 1e-9:
                 break
             right = self.rate(node.operands[1], k, positive=positive)
-            is_empty = is_empty and not self._is_in(node, at, k)
-            if self._is_in(node, at, k) and right is not None:
+            is_empty = is_empty and not self.is_in(node, at, k)
+            if self.is_in(node, at, k) and right is not None:
                 ratings.append(pick(kept, right))
             left = self.rate(node.operands[0], k, positive=positive)
             kept = kept if left is None else pick(kept, left)
@@ -148,7 +149,7 @@ class Definition:
         ratings: list[Rated] = []
         is_empty = True
         for k in range(at + 1):
-            if self._is_in(node, at, k):
+            if self.is_in(node, at, k):
                 right = self.rate(node.operands[1], k, positive=positive)
                 lefts = [
                     self.rate(node.operands[0], j, positive=positive) for j in range(k + 1, at + 1)
@@ -232,10 +233,55 @@ def verdict(root: SyntaxNode, run: Definition, *, is_complete: bool) -> tuple[Ve
         least if is_complete else Definition(run.times, run.signals, Truncation.STRONG).rate(root)
     )
     if least is None or best is None:
+        if not is_exercised(root, run, by_windows_alone=True):
+            return "not exercised", math.nan
         return "open" if run.times[-1] < needs(root) - 1e-9 else "unknown", math.nan
     if not best[1]:
         return "violated", best[0]
-    return ("holds", least[0]) if worst is not None and worst[1] else ("open", best[0])
+    if worst is None or not worst[1]:
+        return "open", best[0]
+    return "holds" if is_exercised(root, run) else "not exercised", least[0]
+
+
+def is_exercised(root: SyntaxNode, run: Definition, *, by_windows_alone: bool = False) -> bool:
+    """Return whether every premise of a formula comes true where the formula asks for it."""
+    neutral = Definition(run.times, run.signals)
+
+    def holds(node: SyntaxNode, at: int) -> bool:
+        rating = neutral.rate(node, at)
+        return rating is not None and rating[1]
+
+    def asked(node: SyntaxNode, instants: set[int], *, positive: bool) -> bool:
+        """Return the same of a part that is asked for at some instants."""
+        match node:
+            case Not(operand=operand):
+                return asked(operand, instants, positive=not positive)
+            case Implies(left=Not(operand=premise), right=right) if positive:
+                true = {at for at in instants if holds(premise, at)}
+                is_met = by_windows_alone or bool(true)
+                return (
+                    is_met
+                    and asked(right, true, positive=True)
+                    and asked(premise, instants, positive=False)
+                )
+            case Temporal(word="starts" | "ends"):
+                return True
+            case Temporal(word=word, operands=operands, window=window):
+                is_ahead = word in ("always", "eventually", "until")
+                inside = {
+                    k
+                    for at in instants
+                    for k in range(len(run.times))
+                    if (k >= at if is_ahead else k <= at) and neutral.is_in(node, at, k)
+                }
+                if is_ahead and window.start > 0 and not inside:
+                    return False
+                return all(asked(part, inside, positive=positive) for part in operands)
+            case Logic(left=left, right=right):
+                return all(asked(part, instants, positive=positive) for part in (left, right))
+        return True
+
+    return asked(root, {0}, positive=True)
 
 
 def needs(node: SyntaxNode) -> float:

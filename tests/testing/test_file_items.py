@@ -64,14 +64,13 @@ def test_a_file_that_cannot_be_read_fails_with_its_errors(
     result.stdout.no_fnmatch_line("*loader.py*")
 
 
-def test_a_scenario_beside_its_own_test_is_run_once(pytester: pytest.Pytester) -> None:
-    """By that test; by its name it is still run."""
-    scenario = pytester.makefile(".scenario.yaml", turns=SCENARIO.format("success"))
-    pytester.makepyfile(test_turns="def test_turns(): pass")
-    result = pytester.runpytest("-v")
-    result.assert_outcomes(passed=1)
-    result.stdout.no_fnmatch_line("turns.scenario.yaml*")
-    pytester.runpytest(scenario).assert_outcomes(passed=1)
+def test_scenarios_of_one_name_are_tests_of_their_own(pytester: pytest.Pytester) -> None:
+    """As two searches in one project write them."""
+    for folder in ("found/turns", "found/turns_2"):
+        path = pytester.path / folder
+        path.mkdir(parents=True)
+        (path / "turns.scenario.yaml").write_text(SCENARIO.format("success"), encoding="utf-8")
+    pytester.runpytest().assert_outcomes(passed=2)
 
 
 def test_a_failure_tells_the_place_and_keeps_the_recording(pytester: pytest.Pytester) -> None:

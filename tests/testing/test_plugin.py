@@ -63,7 +63,7 @@ def test_a_test_whose_mission_violates_a_requirement_fails_once(pytester: pytest
     )
     result = pytester.runpytest("-p", "no:cacheprovider")
     result.assert_outcomes(failed=3)
-    result.stdout.fnmatch_lines(["test_*FFF*", "requirements violated: rests: violated*"])
+    result.stdout.fnmatch_lines(["test_*FFF*", "requirements failed: rests: violated*"])
 
 
 @pytest.mark.process
@@ -91,3 +91,61 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
         "bt_mission.testing.results",
         "bt_mission.testing.seed_hooks",
     ]
+
+
+UNTESTED = """
+    MISSION = "mission: waits\\ntree: {wait: 0.2}\\n"
+
+    def test_never_moved(stage):
+        stage.run(MISSION)
+
+    def test_at(stage):
+        run = stage.run(MISSION)
+        run.at(500, lambda run: None)
+        run.until_done()
+
+    def test_when(stage):
+        run = stage.run(MISSION)
+        run.when(lambda s: s.t > 500, stage.spawn_box(at=(1, 0)))
+        run.until_done()
+
+    def test_box(stage):
+        run = stage.run(MISSION)
+        stage.spawn_box(at=(1, 0))
+        run.until_done()
+
+    def test_server(stage, scripted_server):
+        scripted_server("turn")
+        stage.run(MISSION).until_done()
+
+    def test_plan(stage):
+        run = stage.run(MISSION)
+        stage.plan(run, "at 500: drop scan")
+        run.until_done()
+
+    def test_allowed(stage, scripted_server):
+        scripted_server("turn", may_not_be_asked=True)
+        run = stage.run(MISSION)
+        run.at(500, lambda run: None, may_not_happen=True)
+        run.when(lambda s: s.t > 500, stage.spawn_box(at=(1, 0)), may_not_happen=True)
+        stage.plan(run, "at 500: drop scan may_not_happen")
+        run.do(stage.spawn_box(at=(1, 0)))
+        run.until_done()
+"""
+
+
+def test_a_test_that_has_not_tested_fails(pytester: pytest.Pytester) -> None:
+    """Each says what has not happened; what a test allows does not fail it."""
+    pytester.makepyfile(UNTESTED)
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=1, failed=6)
+    result.stdout.fnmatch_lines(
+        [
+            "not tested: the run of 'waits' was never moved: call run.until_done()",
+            "not tested: run.at(500, ...) never happened: the run was over at 0.25 s",
+            "not tested: run.when(...) never happened: the run was over at 0.25 s",
+            "not tested: faults.spawn_box(*) was never begun: pass it to run.do, *",
+            "not tested: the scripted server of /turn got no goal: remove it, or allow it by *",
+            "not tested: fault at 500.0: drop scan: never happened, the mission ended at 0.25 s",
+        ]
+    )

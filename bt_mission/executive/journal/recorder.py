@@ -146,13 +146,14 @@ class JournalRecorder:
             self._write(rows, gone)
 
     def _take_results(self, rows: dict[Key, Any]) -> None:
-        """Add new verdicts of requirements at once, new margins at each heartbeat."""
+        """Add new verdicts of requirements and premises that came true at once, margins later."""
         now_ns = self._runtime.now_ns
         results = {requirement.name: requirement for requirement in self._requirements()}
         is_late = now_ns - self._heartbeat_ns >= HEARTBEAT_NS
+        pairs = [(result, self._results.get(name, result)) for name, result in results.items()]
         if is_late or any(
-            result.verdict != self._results.get(name, result).verdict
-            for name, result in results.items()
+            (result.verdict, result.unmet) != (before.verdict, before.unmet)
+            for result, before in pairs
         ):
             self._heartbeat_ns = now_ns
             rows["about", "time_ns"] = now_ns

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 from typing_extensions import override
@@ -14,6 +16,7 @@ from bt_mission.language.expressions.syntax import Logic, Not, SyntaxNode
 from bt_mission.language.expressions.units import dimension_of
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.parser import parse_requirement
+from bt_mission.language.requirements.premises import Premise, premises_of
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import (
     EDGES,
@@ -22,6 +25,7 @@ from bt_mission.language.requirements.syntax import (
     SignalValue,
     Temporal,
 )
+from bt_mission.language.requirements.verdicts import Verdict
 
 CONTROL_STEP_S = 0.05
 """The period of the control steps; a shorter window may hold no sample at all."""
@@ -84,6 +88,26 @@ class Requirement:
     text: str
     root: SyntaxNode = field(repr=False, compare=False)
     on_violation: OnViolation = "report"
+
+    @property
+    def vacuous_verdict(self) -> Verdict:
+        """The verdict of a run in which a premise never came true."""
+        return "not applicable" if may_not_apply(self.text) else "not exercised"
+
+    @cached_property
+    def premises(self) -> tuple[Premise, ...]:
+        """What must come true for its verdict to show anything."""
+        return premises_of(self.root)
+
+
+MAY_NOT_APPLY = "may not apply:"
+"""The beginning of a formula whose premises may never come true."""
+_MAY_NOT_APPLY = re.compile(r"\s*may\s+not\s+apply\b")
+
+
+def may_not_apply(text: str) -> bool:
+    """Return whether a formula says that its premises may never come true."""
+    return _MAY_NOT_APPLY.match(text) is not None
 
 
 def check_formula(root: SyntaxNode) -> None:

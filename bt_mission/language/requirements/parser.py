@@ -1,5 +1,6 @@
 """The grammar of requirements: expressions over signals, and the words of temporal logic.
 
+whole     = ("may" "not" "apply" ":")? formula
 formula   = joint ("implies" formula)?
 joint     = either ("until" either within? | "since" either (within sofar?)?)?
 either    as in expressions, down to an atom, which can also be
@@ -27,12 +28,13 @@ from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.units import COMPUTED, SECONDS, in_base
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.parser import ExpressionParser, Token, tokenized
-from bt_mission.language.expressions.syntax import Logic, Name, Not, SyntaxNode
+from bt_mission.language.expressions.syntax import Name, Not, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.signals import OUTCOME, OUTCOMES, SIGNALS
 from bt_mission.language.requirements.syntax import (
     EDGES,
     EVERYTHING,
+    Implies,
     Measure,
     SignalValue,
     Temporal,
@@ -65,22 +67,30 @@ TIMES = tuple(name for name, unit in COMPUTED.items() if unit == SECONDS)
 def parse_requirement(text: str) -> SyntaxNode:
     """Return a requirement's parts. Raises ExpressionError, with the column."""
     parser = RequirementParser(tokenized(text, symbols=":="))
+    parser.may_not_apply()
     node = parser.either()
     parser.end()
     return node
 
 
 def whenever(
-    trigger: SyntaxNode, then: SyntaxNode, window: TimeWindow | None, column: int = 1
+    trigger: SyntaxNode,
+    then: SyntaxNode,
+    window: TimeWindow | None,
+    *,
+    premise: str,
+    column: int = 1,
 ) -> SyntaxNode:
     """Return that each instant at which `trigger` holds is followed by `then` within a window.
 
     Without a window `then` holds at the same instant.
+
+    Args:
+        premise: The text of the trigger.
     """
     if window is not None:
         then = Temporal(then.column, "eventually", (then,), window)
-    implied = Logic(column, "or", Not(trigger.column, trigger), then)
-    return Temporal(column, "always", (implied,))
+    return Temporal(column, "always", (Implies.of(trigger, then, premise),))
 
 
 @dataclass
@@ -90,8 +100,23 @@ class RequirementParser(ExpressionParser):
     takes_equals: bool = False
     """Is this the place for a single '='?"""
 
+    def may_not_apply(self) -> None:
+        """Take `may not apply:`, if the formula begins with it."""
+        if self.takes("may"):
+            for word in ("not", "apply", ":"):
+                self.expect(word, "the formula: may not apply: whenever ...")
+
+    def text_of(self, first: int, after: int) -> str:
+        """Return the text of the tokens from one on, up to another."""
+        text, end = "", 0
+        for token in self.tokens[first:after]:
+            text += " " * (bool(text) and token.column > end) + token.text
+            end = token.end
+        return text
+
     @override
     def either(self) -> SyntaxNode:
+        first = self.at
         node = super().either()
         if token := self.takes("until", "since"):
             self.deeper()
@@ -99,9 +124,10 @@ class RequirementParser(ExpressionParser):
             window = self.so_far(token, self.within() or EVERYTHING)
             node = Temporal(token.column, token.text, (node, right), window)
             self.depth -= 1
-        if token := self.takes("implies"):
+        after = self.at
+        if self.takes("implies"):
             self.deeper()
-            node = Logic(token.column, "or", Not(node.column, node), self.either())
+            node = Implies.of(node, self.either(), self.text_of(first, after))
             self.depth -= 1
         return node
 
@@ -130,12 +156,14 @@ class RequirementParser(ExpressionParser):
     def whenever(self) -> SyntaxNode:
         """Take a trigger and what must follow it."""
         token = self.take()
+        first = self.at
         trigger = self.either()
+        premise = self.text_of(first, self.at)
         if not self.takes(":", "then"):
             message = f"expected ':' or 'then' after 'whenever ...', got {self.got}"
             raise ExpressionError("BT-601", message, self.next.column)
         then = self.either()
-        return whenever(trigger, then, self.within(), token.column)
+        return whenever(trigger, then, self.within(), premise=premise, column=token.column)
 
     @property
     def got(self) -> str:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from typing_extensions import override
 
-from bt_mission.language.expressions.syntax import EvaluationScope, SyntaxNode, Types
+from bt_mission.language.expressions.syntax import EvaluationScope, Logic, Not, SyntaxNode, Types
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type
 from bt_mission.language.requirements.signals import SIGNALS
 
@@ -60,6 +60,22 @@ class SignalValue(SyntaxNode):
     @override
     def infer(self, types: Types) -> Type | None:
         return SIGNALS[self.name].type if self.name in SIGNALS else None
+
+
+@dataclass(frozen=True)
+class Implies(Logic):
+    """`a implies b`, and what `whenever` has at each instant: `not a or b`.
+
+    Attributes:
+        premise: The text of `a`.
+    """
+
+    premise: str
+
+    @classmethod
+    def of(cls, left: SyntaxNode, right: SyntaxNode, premise: str) -> Implies:
+        """Return that the left side implies the right one."""
+        return cls(left.column, "or", Not(left.column, left), right, premise)
 
 
 FUTURE = frozenset(("always", "eventually", "until"))

@@ -10,6 +10,7 @@ from pydantic import (
     BeforeValidator,
     Discriminator,
     PlainValidator,
+    StrictBool,
     Tag,
     WithJsonSchema,
     model_validator,
@@ -21,11 +22,13 @@ from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.nodes.base import Written
 from bt_mission.language.nodes.fields import FixedLimit, Line, parsed, refusal
 from bt_mission.language.requirements.formula import (
+    MAY_NOT_APPLY,
     Clause,
     Formula,
     OnViolation,
     Requirement,
     check_formula,
+    may_not_apply,
     walk,
 )
 from bt_mission.language.requirements.parser import whenever
@@ -45,6 +48,9 @@ def _clause(value: Any) -> Clause:
     if not isinstance(value, str):
         message = f"expected a condition such as 'speed < 0.01', got {describe(value)}"
         raise refusal(message, code="BT-601")
+    if may_not_apply(value):
+        message = f"'{MAY_NOT_APPLY}' is allowed only at the start of a formula"
+        raise refusal(message, "write 'may_not_apply: true' beside 'whenever'", code="BT-601")
     return parsed(Clause, value)
 
 
@@ -54,12 +60,13 @@ WrittenClause = Annotated[Clause, PlainValidator(_clause), _TEXT]
 
 
 class RequirementForm(Written):
-    """A requirement, and the reaction to its violation."""
+    """A requirement, whether its premise may never come true, and the reaction to its violation."""
 
     formula: WrittenFormula | None = None
     whenever: WrittenClause | None = None
     then: WrittenClause | None = None
     within: FixedLimit | None = None
+    may_not_apply: StrictBool = False
     on_violation: OnViolation = "report"
 
     @model_validator(mode="after")
@@ -83,11 +90,17 @@ class RequirementForm(Written):
         assert self.whenever is not None
         assert self.then is not None
         window = None if self.within is None else TimeWindow(0.0, self.within)
-        return whenever(self.whenever.root, self.then.root, window)
+        premise = self.whenever.text.strip()
+        return whenever(self.whenever.root, self.then.root, window, premise=premise)
 
     @property
     def text(self) -> str:
         """The same as one formula."""
+        is_said = self.formula is not None and may_not_apply(self.formula.text)
+        return f"{MAY_NOT_APPLY} {self._claim}" if self.may_not_apply > is_said else self._claim
+
+    @property
+    def _claim(self) -> str:
         if self.formula is not None:
             return self.formula.text
         assert self.whenever is not None

@@ -51,8 +51,8 @@ class ForkResult:
 
     @property
     def is_success(self) -> bool:
-        """Whether the mission has succeeded, with no requirement violated."""
-        return self.report.status == "success" and not self.report.is_violated
+        """Whether the run has passed."""
+        return self.report.passed
 
     @property
     def at_s(self) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from bt_mission.btcpp.document import document_of
@@ -24,6 +25,7 @@ from bt_mission.language.loader import Examined, read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
+from bt_mission.language.requirements.verdicts import conclusion
 from bt_mission.language.revision import compare
 from bt_mission.recording.facts import RunFacts, robot_of
 from bt_mission.recording.forks.robot_files import RobotFiles
@@ -140,6 +142,15 @@ class ForkSource:
     def is_whole(self) -> bool:
         """Whether its trace is complete."""
         return self.outcome[0] != "unknown"
+
+    @property
+    def conclusion(self) -> tuple[str, str]:
+        """The recorded verdict of the run, and its reason."""
+        results = [
+            SimpleNamespace(name=each["name"], verdict=each.get("verdict", ""))
+            for each in self.requirements
+        ]
+        return conclusion(*self.outcome, results)
 
     @property
     def requirements(self) -> list[dict[str, Any]]:

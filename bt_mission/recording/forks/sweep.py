@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
+from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.source import ForkError, ForkSource
 
@@ -22,7 +23,7 @@ class Try:
     Args:
         step_ns: The control step of the fork.
         at_s: Its time since the start, s.
-        status: The status of the mission, or ``refused`` if the change did not fit there.
+        status: The verdict of the run, or ``refused`` if the change did not fit there.
         virtual_s: Its end, s.
         is_saved: Whether it has succeeded, with no requirement violated.
     """
@@ -38,13 +39,9 @@ class Try:
     def of(cls, result: ForkResult) -> Try:
         """Return the summary of a fork."""
         report = result.report
-        violated = [
-            str(requirement)
-            for requirement in report.requirements
-            if requirement.verdict == "violated"
-        ]
-        reason = "; ".join(filter(None, (report.reason, *violated)))
-        ended = (report.status, reason, report.virtual_s, result.is_success)
+        failing = [str(requirement) for requirement in report.requirements if requirement.fails]
+        reason = "; ".join(filter(None, (report.reason, *failing)))
+        ended = (report.verdict, reason, report.virtual_s, result.is_success)
         return cls(result.step_ns, result.at_s, *ended)
 
 
@@ -140,10 +137,10 @@ def check_worth(source: ForkSource, *, has_more: bool) -> None:
     Raises:
         ForkError: It has succeeded, with no requirement violated.
     """
-    violated = any(requirement.get("verdict") == "violated" for requirement in source.requirements)
-    if source.outcome[0] == "success" and not violated and not has_more:
+    fails = any(requirement.get("verdict") in FAILING for requirement in source.requirements)
+    if source.outcome[0] == "success" and not fails and not has_more:
         raise ForkError(
-            f"{source.path}: the run succeeded without a violated requirement, so there is "
+            f"{source.path}: the run succeeded and no requirement failed, so there is "
             f"nothing to save; --require FILE adds a requirement"
         )
 

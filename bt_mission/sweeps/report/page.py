@@ -20,6 +20,7 @@ from bt_mission.core.output import within, write_file
 from bt_mission.core.text import cut, duration, number
 from bt_mission.coverage.places import OUTCOME, REACHED, CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
+from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.columns import WORST, SweepColumns
 from bt_mission.sweeps.repeat import Repeater, parameters_as_text, resume_command
@@ -33,7 +34,7 @@ from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import factors_of, pairs_of
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import RECORDINGS, VERSIONS, ResultStore, SweepAbout
-from bt_mission.sweeps.summary import percent, span
+from bt_mission.sweeps.summary import percent, shown_verdicts, span
 
 PAGE = "sweep.html"
 MOST_MARGINS = 24
@@ -130,6 +131,8 @@ class SweepPage:
             failures=list(self._failures()),
             worst=[self._worst(row, near) for row in columns.worst_rows(self._store, worst)],
             requirements=list(self._requirements()),
+            verdicts=shown_verdicts(tally.requirements.values()),
+            failing=FAILING,
             **self._margins(),
             durations=self._durations(),
             coverage=self._coverage(origin.places if origin else ()),
@@ -192,8 +195,8 @@ class SweepPage:
             "command": self._repeater.command(row),
         }
 
-    def _requirements(self) -> Iterator[tuple[str, Any, str, str]]:
-        """Yield the name, the totals, and the smallest and the median margin of each."""
+    def _requirements(self) -> Iterator[tuple[str, Any, str, str, str]]:
+        """Yield name, totals, interval, and the smallest and the median margin of each."""
         for name, requirement in self._columns.tally.requirements.items():
             margins = self._columns.margins(name)
             known = margins[np.isfinite(margins)]
@@ -204,7 +207,8 @@ class SweepPage:
                 if requirement.least is None
                 else f"{number(requirement.least)} {requirement.unit}"
             )
-            yield name, requirement, least, middle
+            interval = "" if requirement.interval is None else span(*requirement.interval)
+            yield name, requirement, interval, least, middle
 
     def _margins(self) -> dict[str, Any]:
         """Return charts of margins, and the names of requirements whose margin is always equal."""

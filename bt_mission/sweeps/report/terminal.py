@@ -17,7 +17,7 @@ from bt_mission.sweeps.repeat import Repeater, parameters_as_text
 from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import Factor, factors_of
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.summary import percent, span
+from bt_mission.sweeps.summary import percent, shown_verdicts, span
 
 MOST_GROUPS = 8
 
@@ -79,17 +79,20 @@ def _levels(factor: Factor) -> Table:
 
 
 def _requirements(columns: SweepColumns) -> Table:
-    table = _table(("", "holds", "violated", "open", "unknown", "smallest margin"), " >>>>>")
-    for name, requirement in columns.tally.requirements.items():
-        counts = [
-            f"{requirement.verdicts[key]:,}" for key in ("holds", "violated", "open", "unknown")
-        ]
+    tallies = columns.tally.requirements
+    verdicts = shown_verdicts(tallies.values())
+    table = _table(
+        ("", *verdicts, "holds, 95 %", "smallest margin"), f" {'>' * (len(verdicts) + 2)}"
+    )
+    for name, requirement in tallies.items():
+        counts = [f"{requirement.verdicts[verdict]:,}" for verdict in verdicts]
+        interval = "" if requirement.interval is None else span(*requirement.interval)
         least = (
             ""
             if requirement.least is None
             else f"{number(requirement.least)} {requirement.unit}".strip()
         )
-        table.add_row(Text(name), *counts, least)
+        table.add_row(Text(name), *counts, interval, least)
     return table
 
 

@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw
 from bt_mission.core.text import escape_control
 from bt_mission.events.messages import Map
 from bt_mission.events.mission_state import MissionState
+from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import Timeline
 from bt_mission.views.drawing.png import font
@@ -128,11 +129,9 @@ def _draw_run(
 def _rows(state: MissionState) -> Iterator[tuple[str, tuple[int, int, int]]]:
     """Yield the outcome, and a row for each requirement."""
     mission = state.tree.mission if state.tree else "a run"
-    why = f": {state.explanation}" if state.explanation else ""
-    yield _short(f"{mission}: {state.status}{why}"), INK
+    yield _short(f"{mission}: {state.headline}"), INK
     for each in state.requirements[:MOST_ROWS]:
-        is_violated = each.verdict == "violated"
-        yield _short(f"{each.name}: {each.outcome}"), VIOLATED if is_violated else INK
+        yield _short(f"{each.name}: {each.outcome}"), VIOLATED if each.verdict in FAILING else INK
 
 
 def _short(text: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from bt_mission.core.text import escape_control, lines_of, seconds
 from bt_mission.events.log import verdict
+from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.source import ForkSource
@@ -27,8 +28,8 @@ def fork_lines(result: ForkResult, asked_s: float, changed: str = "") -> list[st
     step = f" (the control step after {asked_s:g} s)" if rounded else ""
     what = "without a change" if result.change.is_none else f"with {result.change}"
     what = changed or what
-    then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
-    now = _outcome(report.status, report.reason, report.virtual_s)
+    then = _outcome(*source.conclusion, source.summary.get("virtual_s", source.end_s))
+    now = _outcome(*report.conclusion, report.virtual_s)
     lines = [
         f"recorded: {then}",
         f"forked at {seconds(result.at_s)}{step} {what}: {now}",
@@ -58,12 +59,12 @@ def sweep_lines(
     source: ForkSource, change: ForkChange, result: SweepResult, wall_s: float
 ) -> list[str]:
     """Return lines on the last instant at which a change saves a mission, and on the attempts."""
-    then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
+    then = _outcome(*source.conclusion, source.summary.get("virtual_s", source.end_s))
     lines = [f"recorded: {then}"]
     lines += [
         f"  requirement {requirement['name']}: {_verdict(requirement)}"
         for requirement in source.requirements
-        if requirement.get("verdict") == "violated"
+        if requirement.get("verdict") in FAILING
     ]
     if result.last is None:
         lines.append(f"with {change}: not saved at any of the instants tried")

@@ -132,7 +132,7 @@ def title(mission: MissionState, marks: Marks) -> str:
     if tree is not None:
         parts.append(seconds(mission.elapsed_ns / NS))
     if state is not None:
-        parts.append(verdict(state.status, state.reason))
+        parts.append(verdict(*mission.conclusion))
     return clean("   ".join(parts), marks)
 
 

@@ -15,6 +15,7 @@ from bt_mission.events.events import FINAL, OPEN, RequirementChanged
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
+from bt_mission.language.requirements.verdicts import FAILING, VERDICTS
 from bt_mission.views.terminal.marks import Marks, Span, clean, stopwatch
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
 
@@ -33,13 +34,13 @@ GOAL_STATUSES = {
 }
 """The sign of a goal's state; the sign of other states is that of running."""
 
-VERDICTS = {
+VERDICT_SIGNS: dict[str, Status] = {
     "violated": Status.FAILURE,
-    "unknown": Status.INVALID,
+    "not exercised": Status.FAILURE,
     "open": Status.RUNNING,
     "holds": Status.SUCCESS,
 }
-"""The sign of a requirement's verdict; the first are on top."""
+"""The signs of verdicts; that of others is the one of nodes that have not run."""
 
 LONGEST_NAME = 32
 """Characters of a requirement's name before its result."""
@@ -51,6 +52,7 @@ STATE_STATUSES = {
     "success": Status.SUCCESS,
     "failure": Status.FAILURE,
     "interrupted": Status.FAILURE,
+    **dict.fromkeys(FAILING, Status.FAILURE),
 }
 
 
@@ -64,16 +66,18 @@ def header(
     """Return name, state and reason, time, pace and battery of a mission, most important first."""
     tree, state = mission.tree, mission.state
     spans: list[Span] = []
+    reason = ""
     name = tree.mission if tree else state.mission if state else ""
     spans.append((name or "no mission", "title"))
     if state is not None:
-        status = STATE_STATUSES.get(state.status, Status.INVALID)
+        word, reason = mission.conclusion
+        status = STATE_STATUSES.get(word, Status.INVALID)
         style = "paused" if state.status == "paused" else STATUS_STYLES[status]
         sign = "" if status is Status.INVALID else f"{marks.status[status]} "
-        spans += [("  ", ""), (f"{sign}{state.status}", style)]
-    if mission.violated:
-        sign, count = marks.status[Status.FAILURE], len(mission.violated)
-        spans.append((f"  {sign} {count} of {len(mission.requirements)} violated", "failure"))
+        spans += [("  ", ""), (f"{sign}{word}", style)]
+    for word, count in Counter(each.verdict for each in mission.failing).items():
+        sign = marks.status[Status.FAILURE]
+        spans.append((f"  {sign} {count} of {len(mission.requirements)} {word}", "failure"))
     if file_note:
         spans.append((f"  {file_note}", "paused"))
     if tree is not None:
@@ -82,8 +86,8 @@ def header(
         spans.append((f"  {factor:.1f} x", ""))
     if (charge := robot.charge) is not None:
         spans.append((f"  battery {charge:.0f} %", "failure" if charge < 15 else ""))
-    if state is not None and state.reason:
-        spans.append((f"  {state.reason}", "words"))
+    if reason:
+        spans.append((f"  {reason}", "words"))
     return spans
 
 
@@ -171,13 +175,14 @@ def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
 
     The margin is the smallest so far.
     """
-    order = list(VERDICTS)
+    order: tuple[str, ...] = VERDICTS
     known = sorted(
         mission.requirements,
         key=lambda requirement: (
             order.index(requirement.verdict) if requirement.verdict in order else len(order)
         ),
     )
+    wide = max([8, *(len(requirement.verdict) for requirement in known)])
     width = min(
         max((cell_len(clean(requirement.name, marks)) for requirement in known), default=0),
         LONGEST_NAME,
@@ -186,14 +191,17 @@ def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
     room = max(map(len, margins), default=0)
     rows: Rows = []
     for requirement, margin in zip(known, margins, strict=True):
-        status = VERDICTS.get(requirement.verdict, Status.INVALID)
+        status = VERDICT_SIGNS.get(requirement.verdict, Status.INVALID)
         name = clean(requirement.name, marks)
         if cell_len(name) > width:
             name = set_cell_size(name, width - 1) + marks.cut
         reasons = filter(None, (requirement.why, *requirement.sources))
         rows.append(
             [
-                (f"{marks.status[status]} {requirement.verdict:<8} ", STATUS_STYLES[status]),
+                (
+                    f"{marks.status[status]} {requirement.verdict:<{wide}} ",
+                    STATUS_STYLES[status],
+                ),
                 (set_cell_size(name, width), "title"),
                 (
                     f" {margin:>{room}}",

@@ -19,7 +19,7 @@ from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.text import escape_control, lines_of, seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import Event, NodeChanged
-from bt_mission.events.log import STYLES, speech_of, verdict
+from bt_mission.events.log import STYLES, speech_of
 from bt_mission.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
@@ -223,15 +223,14 @@ class LiveView(View):
         assert session is not None, "it is open"
         executive, time = session.executive, seconds(self._elapsed_ns / NS)
         before = f"{_title(session)}   {time}   {self._factor:.0f} x real time   "
-        if cell_len(f"{before}{executive.mission_state.status}") > self.console.width:
+        if cell_len(f"{before}{executive.mission_state.conclusion[0]}") > self.console.width:
             before = f"{session.mission.name}   {time}   "  # the state must not be cut off
-        return before + verdict(executive.mission_state.status, executive.mission_state.explanation)
+        return before + executive.mission_state.headline
 
     def _robot_header(self, run: Run) -> str:
         """Return the line above the tree of one of several robots: its state, and what runs."""
         executive, mission = run.executive, run.mission
-        state = verdict(executive.mission_state.status, executive.mission_state.explanation)
-        parts = [f"{run.name:{self._width}}", mission.name, state]
+        parts = [f"{run.name:{self._width}}", mission.name, executive.mission_state.headline]
         running = ", ".join(leaf.name for leaf in executive.running_leaves)
         if running and cell_len("  ".join([*parts, running])) <= self.console.width:
             parts.append(running)

@@ -10,6 +10,7 @@ from PIL import ImageDraw
 
 from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.core.text import escape_control, seconds
+from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.png import font
 from bt_mission.views.video.mp4 import Picture
@@ -23,7 +24,9 @@ STATES = {
     "success": "#1a7f37",
     "failure": "#c5221f",
     "interrupted": "#b35c00",
+    **dict.fromkeys(FAILING, "#c5221f"),
 }
+OVER = {"success", "failure", "interrupted", *FAILING}
 MARGIN = 24
 LEAVES = 4
 REASON_LINES = 3
@@ -70,7 +73,7 @@ def panel(captions: Captions, width: int, height: int) -> Picture:
     draw.text((MARGIN, 44), name, fill=INK, font=font(26, bold=True), anchor="ls")
     word = escape_control(captions.state).upper()
     colour = STATES.get(captions.state, EMPTY)
-    is_over = captions.state in ("success", "failure", "interrupted")
+    is_over = captions.state in OVER
     size = 24 if is_over else 15
     wide = width_px(word, size, bold=True) + size * 1.4
     draw.rounded_rectangle((MARGIN, 62, MARGIN + wide, 62 + size * 1.7), size * 0.5, fill=colour)

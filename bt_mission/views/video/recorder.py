@@ -186,11 +186,11 @@ class VideoRecorder:
         return Captions(
             mission=session.mission.name,
             seconds=(session.now_ns - session.start_ns) / 1e9,
-            state=executive.mission_state.status,
+            state=executive.mission_state.conclusion[0],
             leaves=tuple(PanelLeaf(leaf.name, progress_of(leaf)) for leaf in leaves),
             log_line=self._log_line,
             facts=f"{driven:.2f} m driven, {counts}",
-            reason=executive.reason,
+            reason=executive.mission_state.conclusion[1],
         )
 
     def _guarded(self, call: Callable[[], None]) -> None:

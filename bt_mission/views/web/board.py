@@ -310,12 +310,14 @@ class Board:
 def put_state(board: Board, mission: MissionState, **more: Any) -> None:
     """Put the state of the mission, and the time, on the board."""
     state, tree, charge = mission.state, mission.tree, mission.robot.charge
+    verdict, reason = mission.conclusion
     board.put(
         "state",
         {
             "mission": tree.mission if tree else state.mission if state else "",
             "status": mission.status,
-            "reason": state.reason if state else "",
+            "verdict": verdict,
+            "reason": reason,
             "tip": mission.tip,
             "ticks": mission.ticks,
             "goals_sent": mission.goals_sent,

@@ -16,16 +16,16 @@ class Outcome(Protocol):
     """The report of a mission or of a fleet, as used here."""
 
     @property
-    def status(self) -> str:
-        """Its status."""
+    def verdict(self) -> str:
+        """Its verdict."""
 
 
 R = TypeVar("R", bound=Outcome)
 
 
-def page_stays(status: str) -> str:
-    """Return the line for the user after the end of a mission, with its result."""
-    return f"{ENDED}: {status}; the page stays until Ctrl-C"
+def page_stays(verdict: str) -> str:
+    """Return the line for the user after the end of a mission, with its verdict."""
+    return f"{ENDED}: {verdict}; the page stays until Ctrl-C"
 
 
 class ShownRun(Generic[R]):
@@ -70,4 +70,4 @@ class ShownRun(Generic[R]):
         if not self._driver.is_over:
             asyncio.get_running_loop().call_later(wait_s, self._advance)
         elif self._driver.result is not None and not self._is_left():
-            self._say(page_stays(self._driver.result.status))
+            self._say(page_stays(self._driver.result.verdict))

@@ -12,12 +12,12 @@ import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "
 import { Store } from "./store.js";
 import { Timeline } from "./timeline.js";
 import { Tree } from "./tree.js";
-import { STATUSES, byId, element, seconds } from "./words.js";
+import { FAILING, STATUSES, byId, element, seconds } from "./words.js";
 
 const ARMED_MS = 5000;
 const TICK_MS = 200; // between two drawings of times that only go on
 const NOTICE_MS = 8000;
-const STATE_STYLES = { running: "running", ending: "running", observing: "running", success: "success", failure: "failure", interrupted: "failure", paused: "paused" };
+const STATE_STYLES = { running: "running", ending: "running", observing: "running", success: "success", failure: "failure", interrupted: "failure", violated: "failure", "not exercised": "failure", paused: "paused" };
 const REPLAY_KEYS = { p: "play", r: "reverse", s: "change-on", S: "change-back", "+": "faster", "-": "slower", F: "fork" };
 const LIVE_KEYS = { p: "pause", P: "pause_keeping_goals", r: "resume", s: "step", x: "stop", b: "breakpoint" };
 
@@ -139,16 +139,17 @@ function draw() {
 function drawState() {
   const { state, parts, replay } = store;
   byId("mission").textContent = state.mission || "no mission";
-  document.title = `${state.mission || "no mission"} ${state.status ?? ""} · bt-mission`;
+  document.title = `${state.mission || "no mission"} ${state.verdict ?? ""} · bt-mission`;
   const status = byId("status");
-  status.textContent = state.status ?? "";
-  status.className = `pill ${STATE_STYLES[state.status] ?? "idle"}`;
-  const violated = [...store.requirements.values()].filter((one) => one.verdict === "violated").length;
+  status.textContent = state.verdict ?? "";
+  status.className = `pill ${STATE_STYLES[state.verdict] ?? "idle"}`;
+  const verdicts = [...store.requirements.values()].map((one) => one.verdict);
+  const failing = FAILING.map((word) => [verdicts.filter((one) => one === word).length, word]).filter(([count]) => count);
   byId("figures").textContent = [
     store.tree ? seconds(parts.clock?.elapsed) : "",
     parts.factor && !store.isOver ? `${parts.factor.toFixed(1)} x real time` : "",
     state.charge === null || state.charge === undefined ? "" : `battery ${state.charge.toFixed(0)} %`,
-    violated ? `${violated} of ${store.requirements.size} requirements violated` : "",
+    ...failing.map(([count, word]) => `${count} of ${verdicts.length} requirements ${word}`),
     replay ? `recording ${replay.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
     state.file_note || "",
     replay?.missing ? `lacks ${replay.missing}` : "",

@@ -6,7 +6,8 @@ const GOAL_STATUSES = {
   succeeded: 2, aborted: 3, rejected: 3, lost: 3, unknown: 3, canceled: 0,
 };
 const OPEN = ["sent", "recalled", "active", "canceling"];
-const VERDICTS = { violated: 3, unknown: 0, open: 1, holds: 2 };
+const VERDICTS = { violated: 3, "not exercised": 3, unknown: 0, open: 1, holds: 2, "not applicable": 0 };
+export const FAILING = ["violated", "not exercised"];
 
 export const isOpen = (state) => OPEN.includes(state);
 export const goalStatus = (state) => GOAL_STATUSES[state] ?? 1;

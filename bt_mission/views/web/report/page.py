@@ -87,10 +87,11 @@ def served_page_of(runs: Sequence[RobotRun]) -> str:
 
 def _page(runs: Sequence[RobotRun], **inlined: str) -> str:
     mission = runs[0].mission
+    verdict, reason = mission.conclusion
     content = {
         "title": mission.tree.mission if mission.tree else "no mission",
-        "status": mission.status or "unknown",
-        "reason": mission.state.reason if mission.state else "",
+        "status": verdict or "unknown",
+        "reason": reason,
         "runs": [(run.robot, base64.b64encode(run.packed).decode()) for run in runs],
     }
     return render("views/web/page/index.html", report={**content, **inlined})
