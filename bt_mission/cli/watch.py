@@ -16,14 +16,10 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import has_input_ended, web_options, web_server
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from bt_mission.events.events import RunStarted, TreeRevised
     from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
     from bt_mission.events.source import ExecutiveSource
     from bt_mission.ros.discovery import ExecutiveDirectory
-    from bt_mission.views.terminal.marks import Marks
 
 WAIT_S = 0.1
 SETTLE_S = 0.6
@@ -209,47 +205,28 @@ def _is_complete(feed: MissionFeed) -> bool:
 def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
     from bt_mission.events.codec import json_line
-    from bt_mission.events.events import RequirementChanged, RunStarted, TreeRevised
     from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
-    from bt_mission.views.terminal.lines import RequirementLines, log_line
+    from bt_mission.views.terminal.followed import FollowedLines
     from bt_mission.views.terminal.marks import marks_for
 
-    mission, requirements = MissionState(), RequirementLines()
+    mission = MissionState()
     feed = MissionFeed(mission)
-    marks = marks_for(sys.stdout.encoding)
+    followed = FollowedLines(feed, marks_for(sys.stdout.encoding))
     was_there = True
     while not _reader_has_left():
         observer.serve(WAIT_S)
         for batch in link.take(needs_statuses=feed.needs_statuses).messages:
+            if not as_json:
+                for line in followed.take(batch):
+                    print(line, flush=True)
+                continue
             for event in feed.take(batch):
-                if as_json:
-                    print(json_line(event, mission.tree.nodes if mission.tree else ()), flush=True)
-                elif isinstance(event, RunStarted | TreeRevised):
-                    print("\n".join(_shown_tree(event, mission, marks)), flush=True)
-                    requirements = RequirementLines(mission.requirements)
-                elif isinstance(event, RequirementChanged):
-                    for line in requirements.take(event, mission.tree):
-                        print(line, flush=True)
-                elif (entry := mission.entry_of(event)) is not None and mission.tree is not None:
-                    print(log_line(entry, mission.tree.time_ns, marks), flush=True)
+                print(json_line(event, mission.tree.nodes if mission.tree else ()), flush=True)
         if link.is_there != was_there:
             was_there = link.is_there
             print(f"{link.name} {'returned' if was_there else 'disappeared'}", file=sys.stderr)
     return INTERRUPTED
-
-
-def _shown_tree(
-    event: RunStarted | TreeRevised, mission: MissionState, marks: Marks
-) -> Iterator[str]:
-    """Yield every node of a mission that has started, or was revised, with a line that says so."""
-    from bt_mission.events.events import TreeRevised
-    from bt_mission.views.terminal.lines import log_line, whole_tree
-
-    entry = mission.entry_of(event)
-    if isinstance(event, TreeRevised) and entry is not None and mission.tree is not None:
-        yield log_line(entry, mission.tree.time_ns, marks)
-    yield from whole_tree(mission, marks, None)
 
 
 def _reader_has_left() -> bool:

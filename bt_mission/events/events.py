@@ -23,6 +23,12 @@ from bt_mission.goals.poses import NamedPose
 FINAL = ("success", "failure", "interrupted")
 """Values of :attr:`StateChanged.status` of a mission that has ended."""
 
+ENDED = ("ending", "observing", *FINAL)
+"""The same of a mission whose tree is not ticked any more."""
+
+AT_BREAKPOINT = "breakpoint at '{}'"
+"""The reason of a pause before a node, by the node's name."""
+
 OPEN = ("sent", "recalled", "active", "canceling")
 """Values of :attr:`GoalChanged.state` of a goal that its server may still work on."""
 

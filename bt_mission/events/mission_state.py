@@ -12,7 +12,15 @@ from py_trees.common import Status
 
 from bt_mission.events import events as happened
 from bt_mission.events.codec import fields_of
-from bt_mission.events.events import FINAL, Event, GoalChanged, RequirementChanged, RunStarted
+from bt_mission.events.events import (
+    AT_BREAKPOINT,
+    ENDED,
+    FINAL,
+    Event,
+    GoalChanged,
+    RequirementChanged,
+    RunStarted,
+)
 from bt_mission.events.log import (
     LOG_ENTRIES,
     LOG_KIND,
@@ -83,6 +91,7 @@ class MissionState:
         self._started_ns: list[int | None] = []
         """When each node last began to run, ns."""
         self._running_children: list[int] = []
+        self._ended_nodes: list[NodeEnd] | None = None
 
     def copied(self) -> MissionState:
         """Return an independent copy."""
@@ -179,6 +188,31 @@ class MissionState:
                 return end
         return NodeEnd(status, self.since_ns[index], self.ran_ns[index], self.messages[index])
 
+    def current(self, index: int) -> NodeEnd:
+        """Return the state of a node that views show.
+
+        From the end of the mission on it is how the node ended, in the last round of the nodes
+        above it: the halt at the end resets them.
+        """
+        if self.status in ENDED:
+            if self._ended_nodes is None:
+                self._ended_nodes = self.shown_nodes()
+            return self._ended_nodes[index]
+        return NodeEnd(
+            self.statuses[index], self.since_ns[index], self.ran_ns[index], self.messages[index]
+        )
+
+    @property
+    def focus(self) -> int | None:
+        """The node at which a breakpoint has paused the mission, else :attr:`tip`."""
+        if self.status == "paused" and self.tree is not None and self.state is not None:
+            for index, node in enumerate(self.tree.nodes):
+                is_set = node.path in self.breakpoints or node.name in self.breakpoints
+                is_reached = self.state.reason == AT_BREAKPOINT.format(node.name)
+                if is_set and is_reached and self.statuses[index] is not Status.RUNNING:
+                    return index
+        return self.tip
+
     def last_end(self, index: int) -> NodeEnd:
         """Return the last end of a node.
 
@@ -221,6 +255,7 @@ class MissionState:
 
     def apply(self, event: Event) -> bool:
         """Apply an event. Return whether it changes the state."""
+        self._ended_nodes = None
         is_new = self._APPLY[type(event)](self, event)
         if is_new and (entry := self.entry_of(event)) is not None:
             self.log.append(entry)

@@ -30,6 +30,7 @@ from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.listeners import Listeners
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import (
+    AT_BREAKPOINT,
     EventStream,
     GoalChanged,
     NodeChanged,
@@ -479,7 +480,7 @@ class Executive:
         node = self.breakpoints.reached
         assert node is not None
         self._note_halted()
-        self.pause(f"breakpoint at '{node.name}'")
+        self.pause(AT_BREAKPOINT.format(node.name))
 
     def _recover(self, recovery: Recovery) -> None:
         try:

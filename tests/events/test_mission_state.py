@@ -6,6 +6,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_mission.events.events import (
+    BreakpointsChanged,
     Event,
     FaultChanged,
     GoalChanged,
@@ -22,7 +23,7 @@ from bt_mission.events.feed import MissionFeed, in_order
 from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MOST_GOALS, MissionState
-from tests.support.watched import S, ScriptedExecutive, goal_in, state_of, tree
+from tests.support.watched import S, ScriptedExecutive, goal_in, requirement, state_of, tree
 
 
 def take_all(feed: MissionFeed, executive: ScriptedExecutive) -> list[Event]:
@@ -336,3 +337,47 @@ def test_a_mission_ends_last():
     words = Batch("one", (LogLine(S, "done"),))
     assert in_order([begin, end, words, again]) == [begin, words, end, again]
     assert in_order([end, again]) == [end, again]
+
+
+def test_the_nodes_of_a_mission_that_has_ended_are_as_they_ended() -> None:
+    """A halt resets them; the failed and the halted ones of the last round stay visible."""
+    executive, feed, mission = watched()
+    executive.begin()
+    executive.change(explore="running", look_around="running")
+    executive.change(1.0, look_around="failure: aborted", repeat="running")
+    executive.change(1.0, look_around="invalid", repeat="invalid: halted", explore="invalid")
+    take_all(feed, executive)
+    ends = [(mission.current(index).status, mission.current(index).message) for index in (1, 2)]
+    assert ends == [(Status.INVALID, ""), (Status.INVALID, "halted")]
+    mission.apply(StateChanged(3 * S, "run", "explore", "interrupted", "SIGINT"))
+    ends = [(mission.current(index).status, mission.current(index).message) for index in (1, 2)]
+    assert ends == [(Status.FAILURE, "aborted"), (Status.INVALID, "halted")]
+
+
+def test_a_breakpoint_shows_its_node() -> None:
+    """The node that it is before, not the last one that runs."""
+    executive, feed, mission = watched()
+    executive.begin()
+    executive.change(explore="running", look_around="success", repeat="running")
+    take_all(feed, executive)
+    assert mission.focus == mission.tip == 2
+    mission.apply(BreakpointsChanged(S, ("drive",)))
+    mission.apply(StateChanged(3 * S, "run", "explore", "paused", "breakpoint at 'drive'"))
+    assert mission.tree is not None
+    assert mission.focus is not None
+    assert mission.tree.nodes[mission.focus].name == "drive"
+
+
+def test_a_run_that_succeeds_has_the_verdict_of_a_requirement_that_fails() -> None:
+    """A mission that fails keeps its own."""
+    executive, feed, mission = watched()
+    executive.begin()
+    take_all(feed, executive)
+    for name, verdict in (("looks", "not exercised"), ("is slow", "violated"), ("rests", "holds")):
+        mission.apply(requirement(name, verdict))
+    assert mission.conclusion == ("running", "")
+    mission.apply(StateChanged(3 * S, "run", "explore", "success", ""))
+    assert mission.conclusion == ("violated", "'is slow'; the mission itself succeeded")
+    assert mission.headline == "violated: 'is slow'; the mission itself succeeded"
+    mission.apply(StateChanged(3 * S, "run", "explore", "failure", "drive aborted"))
+    assert mission.conclusion == ("failure", "drive aborted")

@@ -115,6 +115,7 @@ def test_an_unknown_name_lists_the_requirements(stage: Stages) -> None:
     run = stage.run(MISSION.format(OTHER))
     with pytest.raises(Exception, match="unknown requirement 'slw'"):
         run.expect_violation("slw")
+    run.step()
 
 
 @pytest.mark.parametrize(

@@ -234,17 +234,17 @@ def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Ro
     """Return all facts of one node, as whole texts."""
     if mission.tree is None:
         return []
-    node, status = mission.tree.nodes[index], mission.statuses[index]
+    node, shown = mission.tree.nodes[index], mission.current(index)
+    status = shown.status
     word = "not run" if status is Status.INVALID else status.value.lower()
     row: list[Span] = [(f"{marks.status[status]} {word}", STATUS_STYLES[status])]
     if time := time_in_state(mission, index):
         row.append((f" for {time}" if status is Status.RUNNING else f", ran {time}", "time"))
-    since_ns = mission.since_ns[index]
-    if since_ns is not None:
-        row.append((f", since {seconds((since_ns - mission.tree.time_ns) / NS)}", "time"))
+    if shown.time_ns is not None:
+        row.append((f", since {seconds((shown.time_ns - mission.tree.time_ns) / NS)}", "time"))
     kind = [(f"{node.kind}, path {node.path}", "words")]
     rows: Rows = [[(node.name, "title")], row, kind]
-    rows += _wrapped(clean(mission.messages[index], marks), width, "")
+    rows += _wrapped(clean(shown.message, marks), width, "")
     rows += _wrapped(clean(", ".join(mission.details(index)), marks), width, "words")
     return rows + _goal_of(mission, node.name, marks) + _ends(mission, index, marks)
 
@@ -268,7 +268,7 @@ def _goal_of(mission: MissionState, owner: str, marks: Marks) -> Rows:
 def _ends(mission: MissionState, index: int, marks: Marks) -> Rows:
     """Return the earlier ends of a node, the newest first."""
     assert mission.tree is not None
-    stands = mission.statuses[index] in (Status.SUCCESS, Status.FAILURE)
+    stands = mission.current(index).status in (Status.SUCCESS, Status.FAILURE)
     rows: Rows = []
     for end in reversed(mission.ends[index][:-1] if stands else mission.ends[index]):
         word = "halted" if end.status is Status.INVALID else end.status.value.lower()

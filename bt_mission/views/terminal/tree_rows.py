@@ -153,7 +153,8 @@ def tree_row(
     The indent stops growing at a third of the width, so that deep nodes can still be read.
     """
     assert mission.tree is not None
-    node, status = mission.tree.nodes[index], mission.statuses[index]
+    node, shown = mission.tree.nodes[index], mission.current(index)
+    status = shown.status
     style = STATUS_STYLES[status]
     indent = " " * min((1 if width < TINY else 2) * outline.depth[index], width // 3)
     row: list[Span] = [
@@ -167,19 +168,18 @@ def tree_row(
     if (time := time_in_state(mission, index)) and not (progress and width < TINY):
         row.append((f"  {time}", "time"))
     row += progress
-    message = mission.messages[index]
-    if message and (status is not Status.INVALID or mission.since_ns[index] is not None):
-        row.append((f"  {message}", "words"))
+    if shown.message and (status is not Status.INVALID or shown.time_ns is not None):
+        row.append((f"  {shown.message}", "words"))
     return row
 
 
 def time_in_state(mission: MissionState, index: int) -> str:
     """Return how long a node has been running, or had run when it ended; empty if unknown."""
-    if mission.statuses[index] is Status.RUNNING:
-        since_ns = mission.since_ns[index]
-        return "" if since_ns is None else stopwatch(max(mission.now_ns - since_ns, 0))
-    ran_ns = mission.ran_ns[index]
-    return stopwatch(ran_ns) if ran_ns and mission.statuses[index] is not Status.INVALID else ""
+    shown = mission.current(index)
+    if shown.status is Status.RUNNING:
+        return "" if shown.time_ns is None else stopwatch(max(mission.now_ns - shown.time_ns, 0))
+    ran_ns = shown.ran_ns
+    return stopwatch(ran_ns) if ran_ns and shown.status is not Status.INVALID else ""
 
 
 def _margin(mission: MissionState, index: int, marks: Marks) -> str:

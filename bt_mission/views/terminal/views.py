@@ -22,7 +22,6 @@ from bt_mission.events.events import Event, NodeChanged
 from bt_mission.events.log import STYLES, speech_of
 from bt_mission.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.status import MissionStatus
 from bt_mission.sessions.session import Run, Session
 from bt_mission.sessions.view import View
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
@@ -258,9 +257,6 @@ class LiveTree:
         self._header = header
         self._marks = marks_for(console.encoding)
         self._state = executive.mission_state
-        self._doing: dict[int, tuple[str, LeafProgress | None]] = {}
-        """The messages of running nodes at the last tick."""
-        executive.after_tick.append(self._note_running)
 
     def render(self, room: int | None = None) -> Group:
         """Return the whole view: header and tree, with at most `rows` rows."""
@@ -283,15 +279,6 @@ class LiveTree:
             *(rows[number] for number in _shown(len(rows), focus, room)),
         )
 
-    @property
-    def _is_running(self) -> bool:
-        return self._executive.status is MissionStatus.RUNNING
-
-    def _note_running(self) -> None:
-        """Keep the running nodes; a halt at the end resets them."""
-        if self._is_running:
-            self._doing = {index: self._doing_of(index) for index in self._state.running}
-
     def _doing_of(self, index: int) -> tuple[str, LeafProgress | None]:
         node = self._executive.nodes[index]
         return node.feedback_message, progress_of(node)
@@ -301,8 +288,6 @@ class LiveTree:
         progress = None
         if status is Status.RUNNING:
             message, progress = self._doing_of(index)
-        elif status is Status.INVALID and index in self._doing and not self._is_running:
-            status, (message, progress) = Status.RUNNING, self._doing[index]
         row = Text(no_wrap=True, overflow="ellipsis")
         sign = f"{'  ' * depth}{self._marks.status[status]} "
         row.append(sign + clean(node.name, self._marks), style=STYLES[status])

@@ -48,8 +48,8 @@ class WatchModel(WatchedMission):
         self.cursor = self.top = 0
 
     def _go_along(self) -> None:
-        if self.is_following and self.mission.tip is not None:
-            self.cursor = self.mission.tip
+        if self.is_following and (focus := self.mission.focus) is not None:
+            self.cursor = focus
 
     # ---- the tree ------------------------------------------------------------------------
 

@@ -10,12 +10,14 @@ from py_trees.common import Status
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
 from bt_mission.events.events import (
+    ENDED,
     Event,
     GoalChanged,
     NodeChanged,
     NodeProgressed,
     NodesReset,
     RunStarted,
+    StateChanged,
 )
 from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import Map
@@ -318,7 +320,7 @@ def put_state(board: Board, mission: MissionState, **more: Any) -> None:
             "status": mission.status,
             "verdict": verdict,
             "reason": reason,
-            "tip": mission.tip,
+            "tip": mission.focus,
             "ticks": mission.ticks,
             "goals_sent": mission.goals_sent,
             "breakpoints": mission.breakpoints,
@@ -341,6 +343,8 @@ def touched_by(happened: Iterable[Event]) -> set[int] | None:
                 touched.update(nodes)
             case RunStarted():
                 return None
+            case StateChanged(status=status) if status in ENDED:
+                return None  # they are shown as they ended
     return touched
 
 

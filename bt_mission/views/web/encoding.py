@@ -54,12 +54,13 @@ def tree(started: RunStarted) -> dict[str, Any]:
 def node(mission: MissionState, index: int) -> list[Any]:
     """Return the state of a node: status, message, start, running time, and progress."""
     assert mission.tree is not None, "nodes are those of a tree"
-    since_ns, ran_ns = mission.since_ns[index], mission.ran_ns[index]
+    current = mission.current(index)
+    since_ns, ran_ns = current.time_ns, current.ran_ns
     progress = mission.progress.get(index) if index in mission.running else None
     return [
         index,
-        STATUS_CODES[mission.statuses[index]],
-        escape_control(mission.messages[index]),
+        STATUS_CODES[current.status],
+        escape_control(current.message),
         None if since_ns is None else (since_ns - mission.tree.time_ns) / NS,
         None if ran_ns is None else ran_ns / NS,
         None

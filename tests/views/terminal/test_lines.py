@@ -8,7 +8,10 @@ from typing import Any
 import pytest
 
 from bt_mission.events.events import NodeChanged
+from bt_mission.events.feed import MissionFeed
+from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.leaf_statistics import LeafSummary
+from bt_mission.views.terminal.followed import FollowedLines
 from bt_mission.views.terminal.lines import (
     MOST_ROWS,
     PlainLines,
@@ -137,4 +140,35 @@ def test_a_tree_is_followed_by_its_requirements() -> None:
     assert lines[-2:] == [
         "requirements",
         "  ✗ violated is slow -0.1 m/s  at 0.50 s  speed by odometry…",
+    ]
+
+
+def test_a_mission_that_is_joined_in_the_middle_is_shown_as_it_is() -> None:
+    """The tree waits for the statuses of its nodes; from the start on it is shown at once."""
+    joined, begun = ScriptedExecutive(), ScriptedExecutive()
+    tree = joined.begin()
+    joined.change(look_around="success: 45 deg")
+    joined.change(1.0, drive="running")
+    joined.forget()
+    lines = FollowedLines(MissionFeed(MissionState()), SIGNS)
+    assert [*lines.take(tree)] == []
+    shown = [*lines.take(joined.statuses)]
+    assert [line.split("  0.")[0].strip() for line in shown[1:4]] == [
+        "· explore",
+        "✓ look around  45 deg",
+        "· repeat",
+    ]
+    assert [line.strip() for line in lines.take(joined.change(1.0, drive="failure: blocked"))] == [
+        "2.00 s  ✗ drive  blocked"
+    ]
+    lines = FollowedLines(MissionFeed(MissionState()), SIGNS)
+    assert [*lines.take(begun.begin())] == []
+    shown = [*lines.take(begun.change(look_around="running"))]
+    assert [line.strip() for line in shown[1:]] == [
+        "· explore",
+        "· look around",
+        "· repeat",
+        "· drive",
+        "· turn away",
+        "0.00 s  ▶ look around",
     ]

@@ -234,8 +234,8 @@ def test_on_a_low_terminal_the_path_to_the_failure_stays_in_sight(run: Any) -> N
     assert [row.split()[1] for row in begun.end()[1:]] == ["test", "fallback", "second"]
 
 
-def test_what_ran_at_ctrl_c_is_shown_as_it_was(run: Any) -> None:
-    """With what it did; what had ended, too."""
+def test_what_ran_at_ctrl_c_is_shown_as_it_ended(run: Any) -> None:
+    """It was halted, with its last words; what had ended before stays."""
     begun = run(
         "  sequence:\n"
         "    - {log: hello, name: greet}\n"
@@ -253,11 +253,11 @@ def test_what_ran_at_ctrl_c_is_shown_as_it_was(run: Any) -> None:
     begun.played.tick()
     assert begun.end() == [
         "test (waffle, seed 0)",
-        "▶ test",
+        "· test",
         "  ✓ greet  hello",
-        "  ▶ parallel",
-        "    ▶ left  ███░░░░░░░░░ 15 of 60  current_angle 15.00, remaining_angle 75.00",
-        "    ▶ wait  ░░░░░░░░░░░░ 0.0 of 5 s  5.0 s left",
+        "  · parallel",
+        "    · left  halted",
+        "    · wait  5.0 s left",
     ]
 
 
@@ -269,7 +269,7 @@ def test_the_round_that_was_interrupted_is_named(run: Any) -> None:
     assert shown not in ("", "1 of 9")
     begun.played.executive.interrupt("interrupted by Ctrl-C")
     begun.played.tick()
-    assert begun.end()[1] == f"▶ test  {shown}"
+    assert begun.end()[1] == f"· test  {shown}"
 
 
 def test_on_a_narrow_terminal_the_header_says_how_it_goes(run: Any) -> None:

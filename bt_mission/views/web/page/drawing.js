@@ -7,6 +7,7 @@ const [WIDTH, HEIGHT] = [168, 40];
 const MARGIN = 16;
 const FAR = 6;
 const MOST_PAINTED = 300;
+const READABLE = 0.7; // the smallest zoom at which texts can be read
 
 export function shape(tag, attributes, className = "", text = "") {
   const made = document.createElementNS(SVG, tag);
@@ -23,7 +24,7 @@ export class Drawing {
   // onSelect(box): the user has selected a box. onAct(name, facts): the user wants a change; null
   // where the tree cannot be edited.
   constructor(onSelect, onAct = null) {
-    Object.assign(this, { onSelect, onAct, boxes: [], shown: [], folded: new Set(), zoom: 1, least: null, isDown: false });
+    Object.assign(this, { onSelect, onAct, boxes: [], shown: [], folded: new Set(), zoom: 1, isFitted: false, isDown: false });
     this.selected = keyOf([]);
     this.marked = null;
     this.statuses = new Map();
@@ -200,19 +201,21 @@ export class Drawing {
   }
 
   scale(factor) {
-    this.least = null;
+    this.isFitted = false;
     this.zoom = Math.min(Math.max(this.zoom * factor, 0.08), 2.5);
     this.draw();
   }
 
-  // Fits the drawing into its pane, also when either changes later, until the user zooms.
-  fit(least = 0.08) {
-    this.least = least;
-    this.zoom = Math.max(this.fitting(), least);
+  // Fits the drawing into its pane as far as it stays readable, with the selected box in view; also
+  // when either changes later, until the user zooms.
+  fit() {
+    this.isFitted = true;
+    this.zoom = Math.max(this.fitting(), READABLE);
     this.draw();
+    this.reveal();
   }
 
-  refit() { if (this.least !== null && this.box.clientWidth) this.fit(this.least); }
+  refit() { if (this.isFitted && this.box.clientWidth) this.fit(); }
 
   fitting() { return Math.min(this.box.clientWidth / this.width, this.box.clientHeight / this.height, 1); }
 
@@ -220,7 +223,7 @@ export class Drawing {
   orient() {
     const zooms = [false, true].map((isDown) => { this.isDown = isDown; this.layOut(); return this.fitting(); });
     this.direct(zooms[1] > zooms[0]);
-    this.fit(0.7);
+    this.fit();
   }
 
   direct(isDown) {
