@@ -157,7 +157,7 @@ def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Pa
         return proof
     with TemporaryDirectory() as name:
         findings = tuple(
-            replace(entry, stage=replace(entry.stage or StageRun(), scenario="", test=""))
+            replace(entry, stage=replace(entry.stage or StageRun(), scenario=""))
             for entry in confirmed(proof.findings, mission, options, Path(name))
         )
     return replace(proof, findings=findings)

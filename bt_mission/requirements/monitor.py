@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from bt_mission.core.stamps import NS
@@ -74,6 +74,11 @@ class RequirementResult:
     def fails(self) -> bool:
         """Whether a run with this result has not passed."""
         return self.verdict in FAILING
+
+    @property
+    def shown(self) -> RequirementResult:
+        """The same without a margin where the run shows nothing of the requirement."""
+        return replace(self, margin=None, unit="", at=None) if self.verdict in VACUOUS else self
 
     @property
     def outcome(self) -> str:

@@ -121,15 +121,16 @@ class RequirementWatch:
 
     def _emit(self, result: RequirementResult, *, is_update: bool) -> None:
         self._emitted[result.name] = result
+        shown = result.shown
         self._runner.executive.events.emit(
             RequirementChanged(
                 self._runner.now_ns,
                 result.name,
                 result.requirement,
                 result.verdict,
-                result.margin,
-                result.unit,
-                result.at,
+                shown.margin,
+                shown.unit,
+                shown.at,
                 result.violated_at,
                 result.on_violation,
                 tuple(result.sources),

@@ -45,7 +45,7 @@ UNSET = """  sequence:
 def test_a_rejected_goal_is_scripted_and_its_test_passes_after_the_mend(tmp_path: Path) -> None:
     """The scenario fails as long as the mistake is in the mission."""
     (finding,) = run_all(tmp_path, UNSET)
-    scenario = f"{tmp_path}/m_unset_variable.scenario.yaml"
+    scenario = tmp_path / "m_unset_variable.scenario.yaml"
     assert str(finding.stage) == f"confirmed on the stage: {scenario}"
     data = scenario_of(finding)
     assert data["servers"] == {"turn": [{"answer": "reject"}]}
@@ -55,7 +55,6 @@ def test_a_rejected_goal_is_scripted_and_its_test_passes_after_the_mend(tmp_path
         "orphaned_goals": "any",
         "reason": r"^(?!.*'\$?code' has no value)",
     }
-    scenario = tmp_path / "m_unset_variable.scenario.yaml"
     assert not run_scenario(scenario).passed
     mended = UNSET.replace("  sequence:\n", "  sequence:\n    - set: {code: 0}\n")
     (tmp_path / "m.yaml").write_text(f"mission: m\ntree:\n{mended}\n", encoding="utf-8")

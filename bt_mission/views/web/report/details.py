@@ -127,7 +127,7 @@ def _failure(run: RecordedRun, mission: MissionState) -> dict[str, Any] | None:
 
 
 def _requirement(run: RecordedRun, requirement: RecordedRequirement) -> dict[str, Any]:
-    result, chart = requirement.result, margin_chart(run, requirement)
+    result, chart = requirement.result.shown, margin_chart(run, requirement)
     return {
         "name": result.name,
         "requirement": result.requirement,
