@@ -76,6 +76,8 @@ class Fault:
     parameters: Mapping[str, Any]
     begin: Begin
     lasting: float | None = None
+    was_applied: bool = field(default=False, init=False)
+    """Has an action of a test called it?"""
     _instance: FaultInstance | None = field(default=None, init=False)
 
     def __call__(self, run: FaultTarget) -> None:
@@ -84,6 +86,7 @@ class Fault:
         Raises:
             ScenarioError: for an unknown name, and while it is already active.
         """
+        self.was_applied = True
         if self._instance is not None and self._instance.goes_on_in(run):
             raise ScenarioError(f"{self!r} is already active: end it first, or make another")
         instance = FaultInstance(run, self)
@@ -102,11 +105,6 @@ class Fault:
         """End it if it is active; also an action."""
         if self._instance is not None and self._instance.goes_on_in(run):
             self._instance.end_from_outside()
-
-    @property
-    def has_ever_begun(self) -> bool:
-        """Has it begun in any run?"""
-        return self._instance is not None
 
     @property
     def obstacle(self) -> str:

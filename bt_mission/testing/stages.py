@@ -269,7 +269,7 @@ class Stages:
         for run in self.runs:
             planned |= {id(action) for pending in run.pending for action in pending.actions}
         for fault in self.faults.made:
-            if not fault.has_ever_begun and id(fault) not in planned:
+            if not fault.was_applied and id(fault) not in planned:
                 yield f"{fault!r} was never begun: pass it to run.do, run.at or run.when"
         for name, server in self.scripted.items():
             if not server.goals and server not in self._idle:

@@ -65,6 +65,7 @@ def test_what_is_not_there_is_listed(stage: Any) -> None:
     run = stage.run(WAIT)
     with pytest.raises(ScenarioError, match="/bt_mission_servers"):
         run.do(stage.faults.jump_clock(1.0, node="nobody"))
+    run.step()
 
 
 # ---- the mission's answer ----------------------------------------------------------------

@@ -223,6 +223,7 @@ def test_actions_that_are_not_there(stage: Any) -> None:
     run = stage.run(TURN)
     with pytest.raises(ScenarioError, match=r"unknown action '/tern'"):
         run.do(stage.faults.reject_goals("tern"))
+    run.step()
 
 
 def heard_at(times: list[float], part: str = "send_goal") -> Any:

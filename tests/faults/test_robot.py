@@ -98,6 +98,7 @@ def test_two_faults_of_one_figure(stage: Any) -> None:
     run.do(stage.faults.clear)
     assert seen == [(0.1, False), (0.5, False), (0.5, True), (0.1, True), (0.0, True)]
     assert lidar.present == {}
+    run.step()
 
 
 def test_a_push_moves_the_robot(stage: Any) -> None:
@@ -120,3 +121,4 @@ def test_what_cannot_be(stage: Any) -> None:
         with pytest.raises(ScenarioError, match=f"{fault.what}: "):
             run.do(fault)
     assert run.faults == []
+    run.step()

@@ -169,10 +169,11 @@ def test_an_exception_in_a_result(stage: Any, turn: Any) -> None:
 
 def test_only_our_own_servers_have_maneuvers(stage: Any, scripted_server: Any) -> None:
     """Those that are there stand in the error."""
-    scripted_server("turn")
+    scripted_server("turn", may_not_be_asked=True)
     run = stage.run("mission: m\ntree: {wait: 1}\n")
     with pytest.raises(ScenarioError, match="unknown shipped action '/turn'"):
         run.do(stage.faults.raise_in_maneuver("turn"))
+    run.step()
 
 
 def test_a_fault_may_name_an_action_that_the_mission_does_not_use(stage: Any) -> None:
@@ -215,6 +216,7 @@ def test_services_and_fields_that_are_not_there(stage: Any) -> None:
         run.do(stage.faults.ignore_service("stap"))
     with pytest.raises(ScenarioError, match=r"fail_service: /stop: .*'sucess'.*success"):
         run.do(stage.faults.fail_service("stop", sucess=False))
+    run.step()
 
 
 @pytest.mark.parametrize(
@@ -286,3 +288,4 @@ def test_leaves_and_callbacks_that_are_not_there(stage: Any, turn: Any) -> None:
     ):
         with pytest.raises(ScenarioError, match=reason):
             run.do(fault)
+    run.step()

@@ -48,6 +48,7 @@ def test_the_world_publishes_no_map_where_the_mapper_does(stage: Any) -> None:
         run = stage.run(name)
         assert (run.stage.mapper is not None) is has_mapper
         assert run.stage.node.count_publishers("map") == 1
+        run.step()
         run.close()
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bt_mission.core.statistics import wilson
+from bt_mission.language.requirements.verdicts import VERDICTS
 from bt_mission.sweeps.columns import PLAN, SweepColumns
 from bt_mission.sweeps.report.explanation import MOST_VALUES, results_as_dict
 from bt_mission.sweeps.summary import MOST_GROUPS, SweepTally, percent
@@ -135,14 +136,16 @@ def test_kinds_of_failures_are_bounded():
 
 def test_the_smallest_margin_of_each_requirement_is_kept():
     """With the scenario that had it; verdicts are counted."""
+    vacuous = margin(-9.0, "not exercised")
     rows = [
         row(0, requirements={"keeps clear": margin(0.3), "looks": margin(None)}),
         failed(1, requirements={"keeps clear": margin(-0.2), "looks": margin(None, "open")}),
+        failed(2, requirements={"keeps clear": vacuous, "looks": vacuous}),
     ]
     reported = results_as_dict(SweepColumns(rows))["requirements"]
-    counts = {"holds": 1, "violated": 1, "open": 0, "unknown": 0}
+    counts = dict.fromkeys(VERDICTS, 0) | {"holds": 1, "violated": 1, "not exercised": 1}
     least = {"least_margin": -0.2, "unit": "m", "scenario": rows[1].id}
-    assert reported["keeps clear"] == counts | least
+    assert reported["keeps clear"] == counts | least | {"interval": wilson(1, 2)}
     assert reported["looks"]["least_margin"] is None
 
 

@@ -178,7 +178,9 @@ def test_missions_of_every_source(stage: Any, mission: Any, world: Any, tmp_path
         stage.run("mission: m\ntree: {wait: -1}\n")
     with pytest.raises(ScenarioError, match="robot: give the mission as file or text"):
         stage.run(mission(WAITS), robot="burger")
-    assert stage.run(mission(WAITS), seed=3).mission.seed == 3
+    run = stage.run(mission(WAITS), seed=3)
+    assert run.mission.seed == 3
+    run.step()
     small = world("name: small\nsize: [2, 2]\n")
     assert str(small).endswith("world_1.yaml")
 
