@@ -121,7 +121,7 @@ def asks_of_the_page(line: str) -> None:
         connection.close()
         return answer
 
-    ask("check", name="m.yaml", text=MISSION)
+    assert "error" not in ask("check", name="m.yaml", page="a", text=MISSION)
     ask("prove", name="m.yaml", text=MISSION)
     ask("run", name="m.yaml", text=MISSION, speed="16")
     while not (proved := ask("proved"))["is_over"]:
