@@ -14,7 +14,12 @@ from bt_mission.core.yaml.document import read
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.requirements.written import RequirementsFile
 from bt_mission.language.schema import DIALECT
-from bt_mission.sessions.stage_checks import model_problems, rate_problems, start_problem
+from bt_mission.sessions.stage_checks import (
+    dragging_parts,
+    model_problems,
+    rate_problems,
+    start_problem,
+)
 from sim.world.loader import load_world, unseen
 from sim.world.world import Spawn, World
 
@@ -71,7 +76,12 @@ def check_robot(path: Path, _robot: str | None = None, world: str | None = None)
         raise InputError(wrong)
     optional = ("camera", "arm", "gripper")
     sensors = ["lidar", "imu", *(name for name in optional if getattr(robot, name) is not None)]
-    return CheckedFile(str(path), robot.name, ", ".join(sensors)), ()
+    place = ("drive",) if robot.model is None else ("model",)
+    warnings = tuple(
+        document.diagnostic("BT-814", place, text, severity="warning")
+        for text in dragging_parts(robot)
+    )
+    return CheckedFile(str(path), robot.name, ", ".join(sensors)), warnings
 
 
 def check_requirements(path: Path, _robot: str | None = None, _world: str | None = None) -> Checked:

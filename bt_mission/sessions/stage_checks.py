@@ -55,6 +55,13 @@ def model_problems(robot: RobotModel) -> list[tuple[tuple[str, ...], str]]:
     return problems(robot)
 
 
+def dragging_parts(robot: RobotModel) -> list[str]:
+    """Return which parts besides wheels and casters touch the floor where the robot stands."""
+    from sim.standing import dragging  # noqa: PLC0415 - MuJoCo takes long
+
+    return list(dragging(robot))
+
+
 def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the rates of sensors that do not fit the steps of the physics, with their keys."""
     from sim.ros.schedule import RateError, period_of  # noqa: PLC0415 - MuJoCo takes long
@@ -82,6 +89,10 @@ def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
     problem = None if world is None or unusable else start_problem(world, robot)
     if problem is not None:
         yield document.diagnostic("BT-803", ("world",), problem)
+    elif robot.model is not None and not unusable:
+        for text in dragging_parts(robot):
+            message = f"robot {robot.name}: {text}"
+            yield document.diagnostic("BT-814", ("robot",), message, severity="warning")
     yield from _missing_topics(mission, robot)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from bt_mission.core.robot.body import BoxBody, CylinderBody
 from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import CameraModel, RobotModel
+from bt_mission.core.robot.statics import shares
 from sim.physics.mjcf import add_model
 from sim.physics.names import (
     ACCELEROMETER,
@@ -201,8 +202,9 @@ def _add_wheel(
 
 
 def _grip_torque(robot: RobotModel, drive: DifferentialDrive) -> float:
-    """Return the torque, N m, at which a wheel on the level begins to slip."""
-    on_casters = robot.base_centre_of_mass[0] / drive.casters[0][0]
+    """Return the torque, N m, at which the wheels on the level begin to slip."""
+    along = [x for x, _ in drive.supports]
+    on_casters = sum(shares(along, robot.base_centre_of_mass[0])[len(drive.places) :])
     on_wheels = 9.81 * (robot.base_mass * (1 - on_casters) + 2 * drive.wheel_mass)
     return GRIP[0] * on_wheels / 2 * drive.wheel_radius
 

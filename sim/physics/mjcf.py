@@ -21,6 +21,8 @@ from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.joints import JointLimits, ModelFile
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.core.robot.parts import Point3
+from sim.physics.geoms import radius_of
 from sim.physics.mjcf_text import MjcfError, Path_, fail, look_through
 from sim.physics.names import (
     BASE,
@@ -39,9 +41,11 @@ from sim.physics.names import (
 from sim.physics.planar import MassFigures, add_planar_drive
 
 _PLACE_M = 1e-3
-"""How far the place of a sensor in both files may differ."""
+"""How far the place of a sensor, a caster or a rolling wheel in both files may differ."""
 _WHEEL_PLACE_M = 5e-3
 """How far the place of a wheel that does not roll may differ."""
+_RADIUS_SHARE = 0.01
+"""How far the radius of a rolling wheel may differ; odometry is wrong by this share."""
 _STRAIGHT = 0.999
 """The cosine of the angle up to which the axis of a rolling wheel may differ."""
 _MASS_SHARE = 0.01
@@ -64,7 +68,7 @@ def add_model(
     Raises:
         MjcfError: With all problems.
     """
-    own, (child, mass) = _of(robot), _read(robot)
+    own, (child, mass, casters) = _of(robot), _read(robot)
     rolling = _rolling(robot)
     _take_settings(child, spec)
     at_first = set(spec.actuators)
@@ -79,8 +83,7 @@ def add_model(
     for equality in spec.equalities:
         equality.name1 = renamed.get(equality.name1, equality.name1)
         equality.name2 = renamed.get(equality.name2, equality.name2)
-    casters = {mine + name for name in own.casters}
-    _set_contacts(body, casters, contype)
+    _set_contacts(body, {mine + name for name in casters}, contype)
     for actuator in actuators:
         actuator.group = JOINT_GROUP
     for name, joint_name in rolling:
@@ -144,7 +147,6 @@ def _set_contacts(body: mujoco.MjsBody, casters: set[str], contype: int) -> None
             elif touches:
                 geom.contype = contype
                 geom.conaffinity = FLOOR_BIT | OBSTACLE_BIT | LOOSE_BIT | contype
-            geom.name = ""
         if all(geom.group == ROBOT for geom in each.geoms):
             for geom in list(each.geoms):
                 _add_look(each, geom)
@@ -185,8 +187,8 @@ def _of(robot: RobotModel) -> ModelFile:
     return robot.model
 
 
-def _read(robot: RobotModel) -> tuple[mujoco.MjSpec, MassFigures]:
-    """Read and check a model; return what is attached, and its mass."""
+def _read(robot: RobotModel) -> tuple[mujoco.MjSpec, MassFigures, list[str]]:
+    """Read and check a model; return what is attached, its mass, and the names of its casters."""
     own = _of(robot)
     path = Path(own.file)
     look_through(path)
@@ -194,13 +196,13 @@ def _read(robot: RobotModel) -> tuple[mujoco.MjSpec, MassFigures]:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # a model that MuJoCo warns of does not move as written
             child = mujoco.MjSpec.from_file(str(path))
-            model, data = _prepared(child, robot)
+            model, data, casters = _prepared(child, robot)
     except (
         *(ValueError, TypeError, UserWarning),
         *(mujoco.FatalError, mujoco.UnexpectedError),
     ) as error:
         raise fail(f"MuJoCo: {_in_a_line(str(error), path)}", "file") from error
-    return child, _mass_of(model, data, own.base)
+    return child, _mass_of(model, data, own.base), casters
 
 
 _USER = ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
@@ -208,8 +210,10 @@ _SIZES = ("memory", "njmax", "nconmax", "nstack", *(f"nuser_{name}" for name in 
 """Sizes of memory, which MuJoCo chooses."""
 
 
-def _prepared(child: mujoco.MjSpec, robot: RobotModel) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Check a model and make it ready to be attached; return it alone.
+def _prepared(
+    child: mujoco.MjSpec, robot: RobotModel
+) -> tuple[mujoco.MjModel, mujoco.MjData, list[str]]:
+    """Check a model and make it ready to be attached; return it alone, and its casters.
 
     Raises:
         MjcfError: With all problems.
@@ -223,6 +227,7 @@ def _prepared(child: mujoco.MjSpec, robot: RobotModel) -> tuple[mujoco.MjModel, 
     wrong = list(_misfits(robot, own, model, data))
     if wrong:
         raise MjcfError(wrong)
+    casters = _named_casters(child, own, model, data)
     for part in (*child.cameras, *_foreign_motors(child, robot)):
         child.delete(part)
     turn = data.xmat[model.body(own.base).id].reshape(3, 3)
@@ -232,7 +237,37 @@ def _prepared(child: mujoco.MjSpec, robot: RobotModel) -> tuple[mujoco.MjModel, 
     if not rolling:
         _fix_wheels(child, own)
         model, data = _compiled(child)
-    return model, data
+    return model, data, casters
+
+
+def _named_casters(
+    child: mujoco.MjSpec, own: ModelFile, model: mujoco.MjModel, data: mujoco.MjData
+) -> list[str]:
+    """Return the names of the casters; one that is given by its place gets a name."""
+    casters = []
+    for index, caster in enumerate(own.casters):
+        if isinstance(caster, str):
+            casters.append(caster)
+            continue
+        for geom in _geoms_at(caster, own, model, data):
+            child.geoms[geom].name = child.geoms[geom].name or f"caster {index} of geom {geom}"
+            casters.append(child.geoms[geom].name)
+    return casters
+
+
+def _geoms_at(
+    place: Point3, own: ModelFile, model: mujoco.MjModel, data: mujoco.MjData
+) -> list[int]:
+    """Return the geoms that touch anything and have their middle at a place of the base."""
+    places = _in_base(model, data, own, data.geom_xpos)
+    near = np.linalg.norm(places - np.array(place), axis=1) <= _PLACE_M
+    return np.flatnonzero(near & _colliding(model)).tolist()
+
+
+def _in_base(model: mujoco.MjModel, data: mujoco.MjData, own: ModelFile, places: Any) -> Any:
+    """Return places of the world, one a row, in the frame of the base, m."""
+    base = model.body(own.base).id
+    return (places - data.xpos[base]) @ data.xmat[base].reshape(3, 3)
 
 
 def _compiled(child: mujoco.MjSpec) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -321,6 +356,9 @@ def _rolling_misfits(
     robot: RobotModel, own: ModelFile, model: mujoco.MjModel, data: mujoco.MjData, base: int
 ) -> Iterator[tuple[Path_, str]]:
     """Yield what is wrong with wheels, steering and casters."""
+    for name in own.steering or ():
+        for text in _hinge_misfits(model, base, name):
+            yield ("model", "steering"), text
     rolls = bool(_rolling(robot))
     for name, (x, y) in zip(own.wheels, robot.drive.places, strict=True):
         for text in _hinge_misfits(model, base, name):
@@ -328,23 +366,29 @@ def _rolling_misfits(
             break
         else:
             at = (x, y, robot.drive.wheel_radius - robot.base_height)
-            texts = (
-                _wheel_misfits(model, data, base, name)
-                if rolls
-                else _wheel_place(data, base, model.joint(name).id, at)
-            )
-            for text in texts:
+            if rolls:
+                for text in _wheel_misfits(model, data, base, name):
+                    yield ("model", "wheels"), text
+                yield from _radius_misfit(robot, model, data, name)
+            for text in _wheel_place(data, base, name, at, _PLACE_M if rolls else _WHEEL_PLACE_M):
                 yield ("model", "wheels"), text
-    for name in own.steering or ():
-        for text in _hinge_misfits(model, base, name):
-            yield ("model", "steering"), text
     joints = (*own.wheels, *(own.steering or ()))
     for name in dict.fromkeys(name for name in joints if joints.count(name) > 1):
         yield ("model", "wheels"), f"the joint '{name}' is named twice"
+    yield from _caster_misfits(own, model, data)
+
+
+def _caster_misfits(
+    own: ModelFile, model: mujoco.MjModel, data: mujoco.MjData
+) -> Iterator[tuple[Path_, str]]:
+    """Yield which casters are not there."""
     geoms = _names(model, "geom")
-    for name in own.casters:
-        if name not in geoms:
-            yield ("model", "casters"), _no_such("geom", name, geoms)
+    for caster in own.casters:
+        if isinstance(caster, str):
+            if caster not in geoms:
+                yield ("model", "casters"), _no_such("geom", caster, geoms)
+        elif not _geoms_at(caster, own, model, data):
+            yield ("model", "casters"), _nothing_at(caster, own, model, data)
 
 
 def _moved(robot: RobotModel) -> Iterator[tuple[Path_, str, JointLimits]]:
@@ -406,15 +450,15 @@ def _hinge_misfits(model: mujoco.MjModel, base: int, name: str) -> Iterator[str]
 
 
 def _wheel_place(
-    data: mujoco.MjData, base: int, joint: int, expected: tuple[float, float, float]
+    data: mujoco.MjData, base: int, name: str, expected: Point3, most: float
 ) -> Iterator[str]:
     """Yield that a wheel is at another place than the robot's file says."""
     turn = data.xmat[base].reshape(3, 3)
-    x, y, z = (turn.T @ (data.xanchor[joint] - data.xpos[base])).tolist()
-    if math.dist((x, y, z), expected) > _WHEEL_PLACE_M:
+    x, y, z = (turn.T @ (data.joint(name).xanchor - data.xpos[base])).tolist()
+    if math.dist((x, y, z), expected) > most:
         a, b, c = expected
         yield (
-            f"expected the wheel '{data.joint(joint).name}' at ({a:.4g}, {b:.4g}, {c:.4g}) m, by"
+            f"expected the wheel '{name}' at ({a:.4g}, {b:.4g}, {c:.4g}) m, by"
             f" `drive` and `base_height`, but in the model it is at ({x:.4g}, {y:.4g}, {z:.4g})"
         )
 
@@ -438,6 +482,32 @@ def _wheel_misfits(
     driven = _actuators(model, joint)
     if len(driven) > 1:
         yield f"{len(driven)} actuators drive the wheel '{name}'; expected one, or none"
+
+
+def _radius_misfit(
+    robot: RobotModel, model: mujoco.MjModel, data: mujoco.MjData, name: str
+) -> Iterator[tuple[Path_, str]]:
+    """Yield that the geom of a rolling wheel has another radius than the robot's file says."""
+    joint = model.joint(name)
+    geoms = np.flatnonzero(_colliding(model) & (model.geom_bodyid == joint.bodyid))
+    expected = robot.drive.wheel_radius
+    for geom in geoms[:1].tolist():
+        radius = radius_of(model, data, geom, data.xanchor[joint.id], data.xaxis[joint.id])
+        if abs(radius - expected) > _RADIUS_SHARE * radius:
+            text = f"expected the radius of the wheel '{name}' in the model, {radius:.4g} m"
+            yield ("drive", "wheel_radius"), f"{text}, got {expected:g}"
+
+
+def _nothing_at(place: Point3, own: ModelFile, model: mujoco.MjModel, data: mujoco.MjData) -> str:
+    """Return that no geom is at the place of a caster, and where the nearest one is."""
+    touching = np.flatnonzero(_colliding(model))
+    places = _in_base(model, data, own, data.geom_xpos[touching])
+    x, y, z = places[np.linalg.norm(places - np.array(place), axis=1).argmin()].tolist()
+    wanted = ", ".join(f"{each:g}" for each in place)
+    return (
+        f"the model has no geom that touches anything at ({wanted}) m of the base; the nearest is"
+        f" at ({x:.4g}, {y:.4g}, {z:.4g})"
+    )
 
 
 def _joint_misfits(

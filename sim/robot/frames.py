@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from bt_mission.core.robot.drives import DifferentialDrive, OmnidirectionalDrive
 from bt_mission.core.robot.model import RobotModel
@@ -18,13 +19,17 @@ def fixed_frames(robot: RobotModel) -> list[FramePose]:
     drive = robot.drive
     axle_z = drive.wheel_radius - robot.base_height
     casters = drive.casters if isinstance(drive, DifferentialDrive) else ()
+    names = _caster_names(casters)
     return [
         FramePose(BASE_FOOTPRINT, BASE_LINK, (0.0, 0.0, robot.base_height)),
         *(
             FramePose(BASE_LINK, f"{name}_link", (x, y, axle_z), _axle(robot, index))
             for index, (name, (x, y)) in enumerate(zip(drive.names, drive.places, strict=True))
         ),
-        *(FramePose(BASE_LINK, _caster(at), at, _SIDEWAYS) for at in casters),
+        *(
+            FramePose(BASE_LINK, name, at, _SIDEWAYS)
+            for name, at in zip(names, casters, strict=True)
+        ),
         *(frame for kind in sensors_of(robot) for frame in kind.frames(robot)),
     ]
 
@@ -38,7 +43,15 @@ def _axle(robot: RobotModel, index: int) -> Quaternion:
     return math.cos(half) * x, math.sin(half) * x, math.sin(half) * w, math.cos(half) * w
 
 
-def _caster(at: Vector) -> str:
-    end = "front" if at[0] > 0 else "back"
-    side = "_left" if at[1] > 0 else "_right" if at[1] < 0 else ""
-    return f"caster_{end}{side}_link"
+def _caster_names(casters: Sequence[Vector]) -> list[str]:
+    """Return the frame of each caster; those on the same side are numbered."""
+    places = []
+    for x, y, _ in casters:
+        end = "_front" if x > 0 else "_back" if x < 0 else ""
+        places.append(f"caster{end}{'_left' if y > 0 else '_right' if y < 0 else ''}")
+    return [
+        f"{place}_{places[:index].count(place) + 1}_link"
+        if places.count(place) > 1
+        else f"{place}_link"
+        for index, place in enumerate(places)
+    ]

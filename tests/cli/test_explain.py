@@ -32,7 +32,7 @@ WITHOUT_EXAMPLE = {
 """Codes whose examples would be longer than an explanation; tests of their rooms raise them."""
 
 
-WARNINGS = {"BT-511"}
+WARNINGS = {"BT-511", "BT-814"}
 """Codes of warnings, with which a command succeeds."""
 
 TAKE_A_CODE = {"ExpressionError", "HintedError", "InputError"}

@@ -86,7 +86,7 @@ class PolygonBody(RobotPart):
         turned, signs = 0.0, set()
         for index in range(count):
             (ax, ay), (bx, by), (cx, cy) = (outline[(index + k) % count] for k in range(3))
-            cross = _turn((ax, ay), (bx, by), (cx, cy))
+            cross = turn((ax, ay), (bx, by), (cx, cy))
             along = (bx - ax) * (cx - bx) + (by - ay) * (cy - by)
             if abs(cross) < _FLAT:
                 raise ValueError(
@@ -159,13 +159,13 @@ def convex(points: Iterable[Point2]) -> tuple[Point2, ...]:
     for way in (ordered, ordered[::-1]):
         chain: list[Point2] = []
         for x, y in way:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], (x, y)) <= _FLAT:
+            while len(chain) > 1 and turn(chain[-2], chain[-1], (x, y)) <= _FLAT:
                 chain.pop()
             chain.append((x, y))
         hull += chain[:-1]
     return tuple(hull)
 
 
-def _turn(a: Point2, b: Point2, c: Point2) -> float:
+def turn(a: Point2, b: Point2, c: Point2) -> float:
     """Return above 0 if the way from a by b to c turns to the left."""
     return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])

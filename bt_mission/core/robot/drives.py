@@ -41,6 +41,11 @@ class Wheels(RobotPart):
         """The place of each wheel on the floor, m."""
 
     @property
+    def supports(self) -> tuple[Point2, ...]:
+        """Where the base stands on the floor, m: first its wheels."""
+        return self.places
+
+    @property
     @abstractmethod
     def names(self) -> tuple[str, ...]:
         """The name of each wheel, in the order of `places`."""
@@ -95,6 +100,11 @@ class DifferentialDrive(Wheels):
     def places(self) -> tuple[Point2, ...]:
         """The left and the right wheel, m."""
         return (0.0, self.wheel_y), (0.0, -self.wheel_y)
+
+    @property
+    def supports(self) -> tuple[Point2, ...]:
+        """Wheels and casters, m."""
+        return *self.places, *((x, y) for x, y, _ in self.casters)
 
     @property
     def names(self) -> tuple[str, ...]:

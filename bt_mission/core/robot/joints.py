@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from bt_mission.core.robot.parts import NotNegative, Number, Positive, RobotPart
+from bt_mission.core.robot.parts import NotNegative, Number, Point3, Positive, RobotPart
 
 JointName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,59}$")]
 ModelName = Annotated[str, Field(min_length=1, max_length=200)]
@@ -23,7 +23,8 @@ class ModelFile(RobotPart):
     joint, whose frame is `base_link`. `wheels` are the joints of the wheels: left, right; of four
     wheels front left, front right, rear left, rear right; of an omnidirectional base in the order
     of `drive`. `steering` are the joints that steer a car: left, right. `casters` are geoms that
-    slide without friction. `lidar`, `imu` (sites) and `camera` are
+    slide without friction, each by its name, or by the place of its middle in the frame of the base
+    (x, y, z in m). `lidar`, `imu` (sites) and `camera` are
     optional: `check` compares their places with those of the robot's file.
     """
 
@@ -31,7 +32,7 @@ class ModelFile(RobotPart):
     base: ModelName
     wheels: Annotated[tuple[ModelName, ...], Field(min_length=2, max_length=4)]
     steering: tuple[ModelName, ModelName] | None = None
-    casters: Annotated[tuple[ModelName, ...], Field(max_length=16)] = ()
+    casters: Annotated[tuple[ModelName | Point3, ...], Field(max_length=16)] = ()
     lidar: ModelName | None = None
     imu: ModelName | None = None
     camera: ModelName | None = None

@@ -31,6 +31,7 @@ from bt_mission.core.robot.parts import (
     Size3,
     Speed,
 )
+from bt_mission.core.robot.statics import is_carried
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.core.yaml.models import validate
 
@@ -480,6 +481,18 @@ def _inertia_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...],
         yield "BT-307", ("base_inertia",), text
 
 
+def _balance_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Yield that a base tips over, instead of standing on its wheels and casters."""
+    x, y, _ = robot.base_centre_of_mass
+    if not is_carried(robot.drive.supports, (x, y)):
+        at = listed([f"({a:g}, {b:g})" for a, b in robot.drive.supports])
+        text = (
+            f"the robot tips over: its centre of mass, ({x:g}, {y:g}) m seen from above, is not"
+            f" inside of what carries it, {at}"
+        )
+        yield "BT-307", ("base_centre_of_mass",), text
+
+
 def _place_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
     """Yield which sensors are below the floor."""
     for key, sensor in robot.mounted.items():
@@ -503,6 +516,7 @@ def _form_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], st
         yield from _wheel_problems(robot.drive, robot.model)
     else:
         yield from _inertia_problems(robot)
+        yield from _balance_problems(robot)
     yield from _place_problems(robot)
     for name in ("arm", "gripper"):
         if robot.model is None and getattr(robot, name) is not None:

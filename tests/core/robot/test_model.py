@@ -11,6 +11,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find, names
 from bt_mission.core.robot.drives import DifferentialDrive
 from bt_mission.core.robot.model import RobotModel, SensorsModel, load_robot
+from bt_mission.core.robot.statics import shares
 from bt_mission.core.yaml.document import read
 
 
@@ -66,6 +67,22 @@ def test_axle_and_casters_stand_on_the_floor():
             assert z - robot.drive.caster_radius + robot.base_height == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize(
+    ("supports", "at", "carried"),
+    [
+        ([0, 0, -2], -0.5, [0.375, 0.375, 0.25]),
+        ([0, 0, -2, -2], -1, [0.25] * 4),
+        ([0, 0, -2, 2], 0, [0.25] * 4),
+        ([0, 0, 0, -3], -1.5, [1 / 6, 1 / 6, 1 / 6, 0.5]),
+        ([0, 0, -2, 2], -1.8, [0.05, 0.05, 0.9, 0]),
+        ([0, 0, -1, 5, 5, 5], -0.5, [0.25, 0.25, 0.5, 0, 0, 0]),
+    ],
+)
+def test_wheels_and_casters_carry_what_statics_says(supports, at, carried):
+    """In balance, each its share of equal springs; one that would have to pull carries nothing."""
+    assert shares(supports, at) == pytest.approx(carried)
+
+
 def test_burger_has_no_camera():
     """The Burger carries none, the Waffle one that sees 59 degrees."""
     assert load_robot("burger").camera is None
@@ -113,6 +130,21 @@ def written(tmp_path: Path, robot: str, changes: dict[str, str]) -> Path:
         ("waffle", "start_charge: 1.0", "start_charge: 9", "battery.start_charge", "at most 1"),
         ("waffle", "full_voltage: 12.3", "full_voltage: 9", "battery", "10.5 V must be below"),
         ("waffle", "imu: {noise: true}", "imu:\n    nois: true", "sensors.imu", "'noise'?"),
+        (
+            "burger",
+            "- [-0.081,",
+            "- [0.0,",
+            "base_centre_of_mass",
+            "the robot tips over",
+        ),
+        ("waffle", "mass: [-0.064,", "mass: [0.01,", "base_centre_of_mass", "the robot tips over"),
+        (
+            "husky",
+            "mass: [-0.00065,",
+            "mass: [-0.3,",
+            "base_centre_of_mass",
+            "carries it, (0.2",
+        ),
         ("rosbot", "z: 0.138 ", "z: -0.138 ", "lidar.z", "the sensor is 0.138 m below the floor"),
         ("rosbot", FRONT_RIGHT, "heading: left}", "drive.wheels.1.heading", "got string 'left'"),
         ("rosbot", "-0.053, y: 0.1025", "-0.053, y: -102.5", "drive.wheels.2.y", "at least -10 m"),

@@ -83,6 +83,33 @@ def test_wheels_of_other_models_drive_ahead(tmp_path: Path) -> None:
     assert simulation.robots[0].pose == pytest.approx((0.8, 0.0, 0.0), abs=2e-3)
 
 
+BESIDE = "{0} at (-0.177, -0.064, -0.005) m of the base touches the floor, which brakes the robot."
+
+
+@pytest.mark.parametrize(
+    ("casters", "nameless", "warnings", "driven"),
+    [
+        ("[[-0.177, 0.064, -0.005], [-0.177, -0.064, -0.005]]", ["left", "right"], [], 0.8),
+        ("[caster_left, [-0.177, -0.064, -0.005]]", [], [], 0.8),
+        ("[caster_left]", [], [BESIDE.format("'caster_right'")], 0.54),
+        ("[caster_left]", ["right"], [BESIDE.format("a sphere")], 0.54),
+    ],
+)
+def test_a_caster_has_a_name_or_a_place_and_one_that_is_not_listed_brakes(
+    tmp_path: Path, casters: str, nameless: list[str], warnings: list[str], driven: float
+) -> None:
+    """A geom without a name is listed by its place; `check` names what else touches the floor."""
+    changes = [(f' name="caster_{side}"', "") for side in nameless]
+    path = changed(tmp_path, *changes, figures=("[caster_left, caster_right]", casters))
+    found = check_robot(path)[1]
+    assert [(each.code, each.severity) for each in found] == [("BT-814", "warning")] * len(warnings)
+    assert [each.message.partition(" If")[0] for each in found] == warnings
+    simulation = simulated(robot=path)
+    drive(simulation, 4.0, 0.2)
+    drive(simulation, 1.0)
+    assert simulation.robots[0].pose[0] == pytest.approx(driven, abs=5e-3)
+
+
 def test_it_grips_carries_and_lays_down(fetching: Simulation) -> None:
     """The fingers stall at the cube, which rises with the arm; two runs are the same."""
     assert pick(fetching) == pick(simulated())
@@ -236,6 +263,8 @@ WRONG = [
     ('range="-2.827 2.827"', 'range="-1 1"', "joint1:", "within the range of the model, -1 to 1"),
     ('"wheel_left" type="hinge" axis="0', '"wheel_left" axis="9', "wheels:", "along y of the base"),
     ('"wheel_left" type="hinge"', '"wheel_left" type="slide"', "wheels:", "is a slide joint"),
+    ('pos="0 0.144 0.023"', 'pos="0 0.16 0.023"', "wheels:", "'wheel_left' at (0, 0.144, 0.023) m"),
+    ('size="0.033 0.009', 'size="0.066 0.009', "wheel_radius:", "the model, 0.066 m, got 0.033"),
     ("<actuator>", '<actuator><motor joint="wheel_left"/>', "wheels:", "2 actuators drive the whe"),
     ('site name="base_scan"', 'site name="scan"', "lidar: base_scan", "no site 'base_scan'"),
     ('name="imu" pos="0 0 0.068"', 'name="imu" pos="0 0 0.1"', "x: 0.0 ", "(0, 0, 0.1) m, got"),
@@ -270,6 +299,9 @@ def test_an_error_of_the_model_names_key_and_reason(
         (("base: base_link", "base: base_lnk"), "BT-813", "did you mean 'base_link'?"),
         (("wheels: [wheel_left,", "wheels: [wheel_right,"), "BT-813", "is named twice"),
         (("    joint1: {min", "    elbow: {min"), "BT-813", "no joint 'elbow'"),
+        (("caster_left, ", "caster_lft, "), "BT-813", "did you mean 'caster_left'?"),
+        (("caster_left, ", "[0, 0, 1], "), "BT-813", "at (0, 0, 1) m of the base; the nearest is"),
+        (("caster_left, ", "[0, 0], "), "BT-202", "'2' is missing"),
         (("min: -2.82", "min: 3"), "BT-307", "expected min < max"),
         (("base_mass: 2.06191 ", "base_mass: 3.0 "), "BT-813", "2.062 kg, got 3"),
         (("file: waffle_arm.xml", "file: absent.xml"), "BT-813", "cannot read absent.xml"),
