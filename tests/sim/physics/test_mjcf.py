@@ -101,9 +101,9 @@ def test_a_caster_has_a_name_or_a_place_and_one_that_is_not_listed_brakes(
     """A geom without a name is listed by its place; `check` names what else touches the floor."""
     changes = [(f' name="caster_{side}"', "") for side in nameless]
     path = changed(tmp_path, *changes, figures=("[caster_left, caster_right]", casters))
-    found = check_robot(path)[1]
-    assert [(each.code, each.severity) for each in found] == [("BT-814", "warning")] * len(warnings)
-    assert [each.message.partition(" If")[0] for each in found] == warnings
+    warned = check_robot(path)[1]
+    assert [(each.code, each.severity) for each in warned] == [("BT-814", "warning")] * len(warnings)
+    assert [each.message.partition(" If")[0] for each in warned] == warnings
     simulation = simulated(robot=path)
     drive(simulation, 4.0, 0.2)
     drive(simulation, 1.0)
