@@ -33,3 +33,10 @@ def map_to_odom(pose: Vector, odom: Vector) -> Vector:
     x = pose[0] - (cos * odom[0] - sin * odom[1])
     y = pose[1] - (sin * odom[0] + cos * odom[1])
     return x, y, yaw
+
+
+def on_map(to_odom: Vector, odom: Vector) -> Vector:
+    """Return the pose of the base in the map (m, m, rad): `map_to_odom` the other way round."""
+    x, y, yaw = to_odom
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return x + cos * odom[0] - sin * odom[1], y + sin * odom[0] + cos * odom[1], yaw + odom[2]

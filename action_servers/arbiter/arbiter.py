@@ -5,7 +5,6 @@ Pure: times are nanoseconds of the caller's clock.
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -86,8 +85,8 @@ class Arbiter:
         a source that `stops` always has an effect. Raises ValueError for a command that is not
         finite; the source then counts as silent.
         """
-        if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
-            raise ValueError(f"{topic} commanded {twist.linear} m/s, {twist.angular} rad/s")
+        if not twist.is_finite:
+            raise ValueError(f"{topic} commanded {twist}")
         stops = self._sources[topic].stops
         self._command_ns[topic] = now_ns if stops else now_ns - age_ns
         if self.leader(now_ns) != topic:

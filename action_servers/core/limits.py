@@ -70,8 +70,8 @@ class NumberLimit:
         if self.zero and value == 0.0:
             return None
         if math.isinf(self.high):
-            is_negative = value < self.low
-            return f"{self.field} must not be negative, got {value:g} s" if is_negative else None
+            fits = self.low <= value < math.inf
+            return None if fits else f"{self.field} must be {self.words}, got {value:g}"
         why = outside(self.field, value, self.low, self.high, self.unit)
         if self.above and (why is not None or value == self.low):
             return f"{self.field} must be {self.words}, got {value:g}"

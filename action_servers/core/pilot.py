@@ -7,7 +7,6 @@ velocity is commanded before the end is reported.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -231,8 +230,8 @@ class Pilot:
 def _checked(twist: object) -> Twist2D:
     if not isinstance(twist, Twist2D):
         raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {twist!r}")
-    if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
-        raise ValueError(f"a maneuver commanded {twist.linear} m/s, {twist.angular} rad/s")
+    if not twist.is_finite:
+        raise ValueError(f"a maneuver commanded {twist}")
     return twist
 
 

@@ -116,10 +116,10 @@ def odometry_of(picked: Picked) -> OdometryMessage | None:
     """Translate a `nav_msgs/Odometry`; None for a number that is not finite."""
     sec, nanosec, x, y, qx, qy, qz, qw, linear, lateral, angular = picked.numbers
     pose = planar_pose(x, y, qx, qy, qz, qw)
-    if pose is None or not math.isfinite(linear + lateral + angular):
+    velocity = Twist2D(linear, angular, lateral)
+    if pose is None or not velocity.is_finite:
         return None
     stamp_s = seconds(sec * NS + nanosec)
-    velocity = Twist2D(linear, angular, lateral)
     return OdometryMessage(stamp_s, picked.texts["header.frame_id"], pose, velocity)
 
 
@@ -164,7 +164,8 @@ MOST_JOINTS = 200
 def joints_of(message: Any) -> JointReadings | None:
     """Translate a `sensor_msgs/JointState`; None without positions that are finite.
 
-    Velocities and forces that it lacks are 0.
+    Velocities and forces that it lacks are 0, and so are forces that are not finite: ros2_control
+    sends NaN for what no motor measures.
     """
     names, positions = list(message.name), list(message.position)
     if not 0 < len(names) <= MOST_JOINTS or len(positions) != len(names):
@@ -179,7 +180,10 @@ def joints_of(message: Any) -> JointReadings | None:
         stamp_of(message.header),
         dict(zip(names, positions, strict=True)),
         dict(zip(names, velocities, strict=True)),
-        dict(zip(names, efforts, strict=True)),
+        {
+            name: effort if math.isfinite(effort) else 0.0
+            for name, effort in zip(names, efforts, strict=True)
+        },
     )
 
 

@@ -221,7 +221,8 @@ def _cliffs(robot: RobotModel) -> dict[str, HazardTopic]:
         f"range_{name}": HazardTopic(
             Range,
             NEWEST,
-            Latest(unpack, lambda message: message.range > message.max_range),
+            # A range that is NaN shows no floor either.
+            Latest(unpack, lambda message: not message.range <= message.max_range),
             Hazard(sensor.bearing, f"the cliff sensor {name} sees no floor"),
             _MISSED / sensor.rate,
         )

@@ -27,6 +27,19 @@ class Twist2D:
     angular: float = 0.0
     lateral: float = 0.0
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether it can be commanded: of NaN and a limit, `min` and `max` make full speed."""
+        return (
+            math.isfinite(self.linear)
+            and math.isfinite(self.angular)
+            and math.isfinite(self.lateral)
+        )
+
+    def __str__(self) -> str:
+        aside = f", {self.lateral:g} m/s to the left" if self.lateral else ""
+        return f"{self.linear:g} m/s, {self.angular:g} rad/s{aside}"
+
 
 def wrap(angle: float) -> float:
     """Return an angle in radians as one in [-pi, pi]."""

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.drives import AckermannDrive
 from bt_mission.core.robot.model import RobotModel
 
@@ -47,8 +48,9 @@ class DifferentialController:
         Raises ValueError if one of them is not finite; the last command then stays. Without power a
         command is ignored.
         """
-        if not (math.isfinite(linear) and math.isfinite(angular) and math.isfinite(lateral)):
-            raise ValueError(f"expected a finite velocity, got {linear} m/s and {angular} rad/s")
+        wanted = Twist2D(linear, angular, lateral)
+        if not wanted.is_finite:
+            raise ValueError(f"expected a finite velocity, got {wanted}")
         if not self._powered:
             return
         robot = self.robot

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from bt_mission.core.nature import generator
-from sim.frames import Vector, map_to_odom
+from sim.frames import Vector, map_to_odom, on_map
 
 UPDATE_M = 0.25
 UPDATE_RAD = 0.2
@@ -75,6 +75,15 @@ class Localization:
             believed = pose[0] + off[0], pose[1] + off[1], pose[2] + off[2]
             self._place = map_to_odom(believed, odom)
         return self._place
+
+    def believed(self, pose: Vector, odom: Vector) -> Vector:
+        """Return the base's pose on the map by the last update: that which `map_to_odom` gives.
+
+        Args:
+            pose: The base's true pose on the map.
+            odom: Its pose by odometry.
+        """
+        return pose if self._error is None else on_map(self._place, odom)
 
     def _is_due(self, odom: Vector) -> bool:
         if self._updated is None:

@@ -21,13 +21,15 @@ RATE_HZ = 2.0
 
 
 def localise(node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot) -> None:
-    """Publish a robot's true pose as `amcl_pose`, and answer `amcl/get_state` with "active"."""
+    """Publish a robot's pose by its localization as `amcl_pose`; its node's state is "active"."""
     message = header(PoseWithCovarianceStamped(), stamp, frames.MAP)
     place = message.pose.pose
     publisher = node.create_publisher(type(message), f"{robot.prefix}amcl_pose", LATCHED)
 
     def publish(_: int) -> None:
-        set_planar(place.position, place.orientation, Pose2D(*robot.pose))
+        reading = robot.read_odometry()
+        believed = robot.localization.believed(robot.pose, (reading.x, reading.y, reading.yaw))
+        set_planar(place.position, place.orientation, Pose2D(*believed))
         publisher.publish(message)
 
     def answer(_request: Any, response: Any) -> Any:

@@ -52,7 +52,9 @@ def test_whatever_stop_says_means_zero(arbiter):
     assert arbiter.take(MISSION, FAST, 3) is None
 
 
-@pytest.mark.parametrize("twist", [Twist2D(math.nan, 0.0), Twist2D(0.0, math.inf)])
+@pytest.mark.parametrize(
+    "twist", [Twist2D(math.nan, 0.0), Twist2D(0.0, math.inf), Twist2D(0.1, 0.0, math.nan)]
+)
 def test_a_command_that_is_no_number_counts_as_silence(arbiter, twist):
     """The source falls silent with it, and a base that it drove is told to stand."""
     arbiter.take(MISSION, FAST, 0)

@@ -184,7 +184,10 @@ def test_an_observation_that_fails_stops_everything(bench):
     assert bench.pilot.idle
 
 
-@pytest.mark.parametrize("wrong", [Twist2D(math.nan, 0.0), Twist2D(0.0, math.inf), None, (1, 2)])
+@pytest.mark.parametrize(
+    "wrong",
+    [Twist2D(math.nan, 0.0), Twist2D(0.0, math.inf), Twist2D(0.1, 0.0, math.nan), None, (1, 2)],
+)
 def test_no_nonsense_reaches_the_base(bench, wrong):
     """What is no finite twist aborts the goal."""
     bench.start(Scripted(wrong))

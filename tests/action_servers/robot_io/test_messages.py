@@ -14,7 +14,7 @@ from geometry_msgs.msg import Quaternion
 from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, JointState, LaserScan
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.robot_io.messages import (
@@ -23,6 +23,7 @@ from action_servers.robot_io.messages import (
     fill,
     grid_of,
     image_of,
+    joints_of,
     odometry_of,
     odometry_picker,
     scan_of,
@@ -123,6 +124,25 @@ def test_odometry_that_is_no_number_is_none(field, value):
     outer, inner = field.split(".")
     setattr(getattr(message.pose.pose, outer), inner, value)
     assert translated(message) is None
+
+
+@pytest.mark.parametrize("part", ["linear.x", "linear.y", "angular.z"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_a_velocity_that_is_no_number_is_none(part, value):
+    """Also sideways."""
+    message = Odometry()
+    message.pose.pose.orientation.w = 1.0
+    outer, inner = part.split(".")
+    setattr(getattr(message.twist.twist, outer), inner, value)
+    assert translated(message) is None
+
+
+def test_a_force_that_nothing_measures_is_none():
+    """NaN, as ros2_control sends it; positions and velocities that are not finite are not taken."""
+    message = JointState(name=["a"], position=[1.0], velocity=[0.0], effort=[math.nan])
+    assert joints_of(message).efforts == {"a": 0.0}
+    message.velocity = [math.nan]
+    assert joints_of(message) is None
 
 
 @pytest.mark.parametrize(

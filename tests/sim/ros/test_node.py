@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from dataclasses import astuple
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,10 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
+from action_servers.robot_io.messages import pose_of, transform_of
+from bt_mission.core.geometry import composed
 from sim.physics.spawn import RobotSpawn
+from sim.robot.localization import Localization, LocalizationError
 from sim.ros.node import SimNode, SimOptions
 from sim.ros.schedule import RateError, period_of
 from sim.sensors.canvas import NoCameraError
@@ -98,6 +102,31 @@ def test_programs_for_nav2_find_the_robot_localised(stage):
     place = poses[0].pose.pose
     assert (place.position.x, place.position.y) == pytest.approx((-0.5, 0.25), abs=0.01)
     assert place.orientation.z == pytest.approx(math.sqrt(0.5), abs=0.01)
+
+
+def test_amcl_pose_is_the_pose_of_tf(stage):
+    """With the error of localization, not the true one."""
+    here = stage("tf", lean=False)
+    poses: list[PoseWithCovarianceStamped] = []
+    here.ear.create_subscription(PoseWithCovarianceStamped, "amcl_pose", poses.append, 10)
+    (robot,) = here.sim.robots
+    robot.localization = Localization(LocalizationError(place=0.2, yaw=0.1), 1, "")
+    for time_ms in range(0, 4000, 50):
+        here.run(1 * S + time_ms * MS)
+        here.command(0.15, 0.1)
+    transforms = {
+        (stamp_ns(each.header.stamp), each.child_frame_id): each.transform
+        for message in here.messages("tf")
+        for each in message.transforms
+    }
+    assert len(poses) == 8
+    for pose in poses:
+        stamp = stamp_ns(pose.header.stamp)
+        odom, base = (transform_of(transforms[stamp, name]) for name in ("odom", "base_footprint"))
+        expected = composed(odom, base)
+        assert astuple(pose_of(pose.pose.pose)) == pytest.approx(astuple(expected), abs=1e-9)
+    x, y, _ = robot.pose
+    assert math.dist((pose.pose.pose.position.x, pose.pose.pose.position.y), (x, y)) > 0.05
 
 
 def test_map_and_the_way_to_it_are_left_to_others(stage):
