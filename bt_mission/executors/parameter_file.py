@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,14 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in
 from bt_mission.core.yaml.document import Document, read
 
 ANY_NODE = "/**"
-NODES = ("bt_mission_servers", "bt_mission_arbiter", "bt_mission_mapper")
+NODES = (
+    "bt_mission",
+    "bt_mission_sim",
+    "bt_mission_servers",
+    "bt_mission_arbiter",
+    "bt_mission_mapper",
+)
+"""The nodes of this project."""
 PARAMETERS = "ros__parameters"
 
 Keys = tuple[str | int, ...]
@@ -30,7 +38,10 @@ class ParameterFile:
         return self.document.diagnostic("BT-806", self.places[name], message, hint=hint)
 
     def refuse_unknown(self, known: Collection[str]) -> None:
-        """Raise InputError where a name is not among the known: ROS passes over a typing error."""
+        """Raise InputError where a name is not among the known: ROS passes over a typing error.
+
+        A wildcard may also name parameters of other nodes, unless it nearly names one of ours.
+        """
         faults = [
             self.document.diagnostic(
                 "BT-806",
@@ -41,46 +52,84 @@ class ParameterFile:
             )
             for name in self.values
             if name not in known
+            and (_is_node(self.places[name]) or did_you_mean(name, sorted(known)))
         ]
         if faults:
             raise InputError(in_order(faults))
 
 
-def read_parameters(path: str | Path, node: str) -> ParameterFile:
-    """Read the values for a node in a parameter file: below `/**`, and below the node's name.
+def read_parameters(path: str | Path, node: str, namespace: str = "") -> ParameterFile:
+    """Read the values for a node in a parameter file: below every section that names it, as in ROS.
 
-    Sections of other nodes of this project are skipped. Raises InputError with every mistake and
-    its place.
+    A section names a node by its full name, also nested by namespaces, or with the wildcards `*`
+    and `**`. Sections of other nodes are skipped. Raises InputError with every mistake and its
+    place; a name that differs little from one of ours is one.
     """
     document = read(path)
     faults: list[Diagnostic] = []
     values: dict[str, Any] = {}
     places: dict[str, Keys] = {}
-    sections = document.data if isinstance(document.data, dict) else {}
-    if not sections:
-        faults.append(
-            document.diagnostic("BT-806", (), f"expected '{ANY_NODE}:' or '{node}:', got neither")
-        )
-    for section, content in sections.items():
-        if section not in {ANY_NODE, *NODES}:
-            message = f"no such node '{section}' (known: {listed([ANY_NODE, *NODES])})"
-            hint = did_you_mean(str(section), NODES)
-            faults.append(document.diagnostic("BT-806", (section,), message, hint=hint, key=True))
-        elif not isinstance(content, dict) or set(content) != {PARAMETERS}:
+    sections = dict(_sections(document.data, ()))
+    full_name = "/".join(("", *filter(None, namespace.split("/")), node))
+    if not any(_is_ours(keys) for keys in sections):
+        what = f"'{ANY_NODE}:' or '{node}:'"
+        faults.append(document.diagnostic("BT-806", (), f"expected {what}, got neither"))
+    for keys, content in sections.items():
+        hint = did_you_mean(str(keys[-1]).rpartition("/")[2], NODES)
+        if not _is_ours(keys):
+            if hint is not None:
+                message = f"no such node '{keys[-1]}' (known: {listed([ANY_NODE, *NODES])})"
+                fault = document.diagnostic("BT-806", keys, message, hint=hint, key=True)
+                faults.append(fault)
+        elif set(content) != {PARAMETERS}:
             faults.append(
-                document.diagnostic("BT-806", (section,), f"expected only '{PARAMETERS}:' here")
+                document.diagnostic("BT-806", keys, f"expected only '{PARAMETERS}:' here")
             )
-        elif section in {ANY_NODE, node} and isinstance(content[PARAMETERS], dict):
-            for keys, value in _leaves(content[PARAMETERS], (section, PARAMETERS)):
-                name = ".".join(str(key) for key in keys[2:])
-                values[name], places[name] = value, keys
+        elif _names(keys, full_name) and isinstance(content[PARAMETERS], dict):
+            for below, value in _leaves(content[PARAMETERS], (*keys, PARAMETERS)):
+                name = ".".join(str(key) for key in below[len(keys) + 1 :])
+                values[name], places[name] = value, below
                 if not isinstance(value, bool | int | float | str):
                     faults.append(
-                        document.diagnostic("BT-806", keys, f"expected a value for '{name}'")
+                        document.diagnostic("BT-806", below, f"expected a value for '{name}'")
                     )
     if faults:
         raise InputError(in_order(faults))
     return ParameterFile(document, values, places)
+
+
+def _sections(data: Any, above: Keys) -> Iterator[tuple[Keys, dict[Any, Any]]]:
+    """Yield the sections of nodes, at the top and below namespaces; and ours without parameters."""
+    for key, content in data.items() if isinstance(data, dict) else ():
+        keys = (*above, key)
+        if not isinstance(content, dict):
+            if _is_ours(keys):
+                yield keys, {}
+        elif PARAMETERS in content or _is_ours(keys):
+            yield keys, content
+        else:
+            yield from _sections(content, keys)
+
+
+def _is_ours(keys: Keys) -> bool:
+    """Return whether a section is of one of our nodes, or of several nodes by a wildcard."""
+    last = str(keys[-1]).rpartition("/")[2]
+    return last in NODES or last in {"*", "**"}
+
+
+def _is_node(place: Keys) -> bool:
+    """Return whether the section of a value names a single node."""
+    section = place[: place.index(PARAMETERS)]
+    return "*" not in "/".join(map(str, section))
+
+
+def _names(keys: Keys, full_name: str) -> bool:
+    """Return whether a section names a node: `*` is any part of a name, `**` any number of them."""
+    parts = filter(None, "/".join(map(str, keys)).split("/"))
+    wild = {"*": "/[^/]+", "**": "(?:/[^/]+)*"}
+    return bool(
+        re.fullmatch("".join(wild.get(part, f"/{re.escape(part)}") for part in parts), full_name)
+    )
 
 
 def _leaves(data: Mapping[str, Any], above: Keys) -> Iterator[tuple[Keys, Any]]:

@@ -253,6 +253,9 @@ class ProcessOptions:
     ros_args: Sequence[str] = ()
 
 
+NAMESPACE = "__ns:="
+"""The remapping of a node's namespace in ROS arguments."""
+
 NO_ARGUMENTS = ProcessOptions()
 
 
@@ -273,7 +276,11 @@ def run(
     Raises:
         BtMissionError: A file cannot be used.
     """
-    file = None if process.parameters is None else read_parameters(process.parameters, name)
+    namespace = next(
+        (arg.partition(NAMESPACE)[2] for arg in process.ros_args if NAMESPACE in arg), ""
+    )
+    path = process.parameters
+    file = None if path is None else read_parameters(path, name, namespace)
     has_sim_time = file.values.get(SIM_TIME) if file else None
     simulated = options.use_sim_time if has_sim_time is None else has_sim_time
     # First, so that the user's arguments, which follow, take precedence.

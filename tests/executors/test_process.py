@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import pytest
 import rclpy
 from rclpy.context import Context
+from rclpy.parameter import Parameter
 
 from action_servers.mapping import node as mapper
 from action_servers.server.node import NODE_NAME, ServerOptions, ServersNode
@@ -50,8 +52,53 @@ def test_nested_names_are_joined_by_dots(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("section", "applies"),
+    [
+        ("bt_mission_servers:", True),
+        ("/robot1/bt_mission_servers:", False),
+        ("/**/bt_mission_servers:", True),
+        ("/*/bt_mission_servers:", False),
+        ("/*:", True),
+        ("/**:", True),
+        ("bt_mission:", False),
+        ("bt_mission_sim:", False),
+    ],
+)
+def test_what_is_for_others_is_skipped(tmp_path, section, applies):
+    """As by ROS: sections of `amcl` and of our other nodes; wildcards and namespaces apply."""
+    values = "{ros__parameters: {control_rate: 10.0}}"
+    others = (
+        "amcl: {ros__parameters: {alpha1: 0.2, scan_topic: scan}}\nmap_server: {yaml: a.yaml}\n"
+    )
+    file = written(tmp_path, f"{others}bt_mission_arbiter: {values}\n{section} {values}\n")
+    assert file.values == ({"control_rate": 10.0} if applies else {})
+    robot1 = read_parameters(tmp_path / "robot.yaml", NODE_NAME, "/robot1")
+    expected = section not in ("bt_mission_servers:", "/*:", "bt_mission:", "bt_mission_sim:")
+    assert robot1.values == ({"control_rate": 10.0} if expected else {})
+
+
+def test_a_namespace_may_be_a_section(tmp_path):
+    """Nested, as ROS reads it."""
+    written(tmp_path, "robot1: {bt_mission_servers: {ros__parameters: {topics: {scan: laser}}}}\n")
+    assert read_parameters(tmp_path / "robot.yaml", NODE_NAME, "robot1").values == {
+        "topics.scan": "laser"
+    }
+
+
+def test_a_wildcard_may_name_parameters_of_others(context, tmp_path):
+    """They are ignored with a warning, a section of ours must know them."""
+    node = servers(context, tmp_path, "{yaw_goal_tolerance_of_nav2: 0.1, control_rate: 10.0}")
+    assert node.get_parameter("control_rate").value == 10.0
+    node.destroy_node()
+    text = "bt_mission_servers:\n  ros__parameters: {yaw_goal_tolerance_of_nav2: 0.1}\n"
+    with pytest.raises(InputError, match="no such parameter 'yaw_goal_tolerance_of_nav2'"):
+        written(tmp_path, text).refuse_unknown(["control_rate"])
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("amcl:\n  ros__parameters: {alpha1: 0.2}\n", "expected '/**:' or 'bt_mission_servers:'"),
         ("bt_mission_server:\n  ros__parameters: {}\n", "robot.yaml:1:1: error: no such node"),
         ("/**:\n  parameters: {a: 1}\n", "expected only 'ros__parameters:'"),
         ("/**:\n  ros__parameters: {a: [1]}\n", "robot.yaml:2:24: error: expected a value for 'a'"),
@@ -115,6 +162,7 @@ def test_a_ros_argument_that_does_not_suit_is_an_error_of_ours(tmp_path):
         ("control_rate: 10", "3:19", "write 10.0"),
         ("control_rate: 1000.0", "3:19", "range"),
         ("max_linear_velocity: 0.5", "3:26", "range"),
+        ("max_linear_velocity: .nan", "3:26", "expected a finite number, got .nan"),
         ("cmd_vel_type: Twist", "3:19", "must be one of auto, stamped, plain, got 'Twist'"),
         ("topics: {scan: 7}", "3:20", "STRING"),
     ],
@@ -125,6 +173,17 @@ def test_a_value_that_does_not_suit_is_refused(context, tmp_path, text, place, m
         servers(context, tmp_path, text)
     assert f"robot.yaml:{place}: error:" in str(caught.value)
     assert message in str(caught.value)
+
+
+def test_a_parameter_is_never_set_to_nan(tmp_path):
+    """The ranges of ROS refuse it."""
+    context = Context()
+    rclpy.init(context=context)
+    node = servers(context, tmp_path, "control_rate: 10.0")
+    (result,) = node.set_parameters([Parameter("stop_margin", value=math.nan)])
+    assert "stop_margin out of range" in result.reason
+    node.destroy_node()
+    context.shutdown()
 
 
 @pytest.mark.parametrize("name", ["topics.scan", "control_rate", "frames.map", "cmd_vel_type"])
