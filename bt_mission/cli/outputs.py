@@ -87,15 +87,15 @@ def refuse_existing(paths: Iterable[Path]) -> None:
             )
 
 
-def refuse_used_folder(folder: Path) -> None:
-    """Refuse a folder for results that holds something already.
+def refuse_used_folder(folder: Path, *, is_forced: bool = False) -> None:
+    """Refuse a folder for results that holds something already; if forced, only a file.
 
     Raises:
         BtMissionError: It is a file, or not empty.
     """
     if folder.exists() and not folder.is_dir():
         raise BtMissionError(f"{folder}: is a file; name a folder with -o", code="BT-1103")
-    if folder.is_dir() and any(folder.iterdir()):
+    if not is_forced and folder.is_dir() and any(folder.iterdir()):
         raise BtMissionError(
             f"{folder}: the folder is not empty; name another with -o", code="BT-1103"
         )

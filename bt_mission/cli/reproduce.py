@@ -28,8 +28,7 @@ requirements violated; 1 it ends in another way; 2 bad input
 
 def reproduce(options: argparse.Namespace) -> int:
     """Reproduce the run; gives the exit code."""
-    if not options.force:
-        refuse_used_folder(options.output)
+    refuse_used_folder(options.output, is_forced=options.force)
     announce(f"reading {options.recordings[0]}")
     from bt_mission.core.dds.middleware import prepare_middleware
 

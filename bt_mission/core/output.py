@@ -49,16 +49,28 @@ def within(folder: Path, name: str) -> Path:
     return path
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder, and those above.
+
+    Raises:
+        BtMissionError: It cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        message = f"cannot make the folder {path}: a file has that name"
+        raise BtMissionError(message, code="BT-1103") from error
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
 def make_folder_of(path: Path) -> None:
     """Make the folder of a file, and those above.
 
     Raises:
         BtMissionError: It cannot be made.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(path, error) from error
+    make_folder(path.parent)
 
 
 def write_file(

@@ -9,6 +9,7 @@ from typing import Any
 from bt_mission.core.text import seconds
 from bt_mission.faults.planned import AtTime, PlannedFault
 from bt_mission.faults.values import planned_fault
+from bt_mission.language.requirements.formula import CONTROL_STEP_S
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class DiagnosedFault:
 def fault_at(
     start: float, kind: str, /, *arguments: Any, lasting: float | None = None, **named: Any
 ) -> PlannedFault:
-    """Return a fault at a time, s; times are rounded to 0.01 s."""
+    """Return a fault at a time, s; times are rounded to 0.01 s. It lasts a control step or more."""
     if lasting is not None:
-        named["lasting"] = round(max(lasting, 0.01), 2)
+        named["lasting"] = round(max(lasting, CONTROL_STEP_S), 2)
     return planned_fault(AtTime(round(max(start, 0.0), 2)), kind, *arguments, **named)

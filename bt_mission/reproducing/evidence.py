@@ -186,6 +186,7 @@ class EvidenceReader:
         self._frames: Frames = {}
         self._tf_root = ""
         self._frozen = _Frozen()
+        self._scan_stamp = 0
         self.grid: RecordedGrid | None = None
         self.zones: tuple[ZoneDisc, ...] = ()
         self.lines: list[tuple[float, str]] = []
@@ -269,6 +270,10 @@ class EvidenceReader:
     def take_scan(self, now: float, happening: RecordedMessage) -> None:
         """Take a scan."""
         message = happening.message
+        stamp = stamp_ns(message.header.stamp)
+        if stamp and stamp == self._scan_stamp:
+            return  # the same scan once more, not another one with the same ranges
+        self._scan_stamp = stamp
         self._scan_frame = message.header.frame_id.lstrip("/")
         ranges = message.ranges.astype(np.float32)
         self._note_lateness("scan", now, message)
@@ -279,7 +284,7 @@ class EvidenceReader:
         self._scans.append(
             SeenScan(
                 now,
-                stamp_ns(message.header.stamp) / NS,
+                stamp / NS,
                 float(message.angle_min),
                 float(message.angle_increment),
                 float(message.range_min),

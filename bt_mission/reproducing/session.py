@@ -13,7 +13,7 @@ from typing import Any
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
-from bt_mission.core.output import write_file
+from bt_mission.core.output import make_folder, write_file
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.core.text import counted
 from bt_mission.core.yaml.document import read
@@ -50,7 +50,7 @@ from bt_mission.reproducing.matching import matched
 from bt_mission.reproducing.mission import mission_data
 from bt_mission.reproducing.picture import picture
 from bt_mission.reproducing.surroundings import Surroundings, pose_data, world_data
-from bt_mission.search.strategies import STRATEGIES
+from bt_mission.search.strategies import STRATEGIES, Strategy
 from bt_mission.sweeps.base import requirements_in_files
 from bt_mission.sweeps.work import record_scenario
 from sim.world.loader import load_world
@@ -210,7 +210,7 @@ class _Reproducer:
         diagnosis = diagnose(evidence, self._recorded.robot)
         diagnosed, around, things = diagnosis.faults, diagnosis.around, diagnosis.things
         name = self._options.name or _name(evidence.path)
-        self._folder.mkdir(parents=True, exist_ok=True)
+        make_folder(self._folder)
         case = self._case(name, around)
         faults = self._nearest(case, Guesses(diagnosed))
         comparison, report, simulated = self._simulated[_key(faults)]
@@ -329,8 +329,9 @@ class _Reproducer:
             if nearest < FAR:
                 best = fewer
                 break
-        strategy = _strategy(guesses, self._options.seed)
+        strategy: Strategy | None = None
         while self._runs < self._options.budget and not self._is_near(best) and guesses.count > 1:
+            strategy = strategy or self._strategy(guesses)
             candidates = strategy.ask(min(BATCH, self._options.budget - self._runs))
             scores = []
             before = self._runs
@@ -351,6 +352,15 @@ class _Reproducer:
     def _is_near(self, faults: tuple[PlannedFault, ...]) -> bool:
         known = self._simulated.get(_key(faults))
         return known is not None and known[0].is_near
+
+    def _strategy(self, guesses: Guesses) -> Strategy:
+        """Return what draws the guesses, and note if it is not the better one."""
+        try:
+            return STRATEGIES["optuna"](guesses, self._options.seed)
+        except BtMissionError as error:
+            note = f"guesses are drawn at random, which finds less: {error}"
+            self._recorded.notes.append(note)
+            return STRATEGIES["random"](guesses, self._options.seed)
 
     def _score(self, case: Case, faults: tuple[PlannedFault, ...]) -> float:
         """Run the scenario with these faults; return how far it is from the recording."""
@@ -395,13 +405,6 @@ def _read_simulated(path: Path) -> Evidence:
     file = RecordedFile(path)
     reader = EvidenceReader.of(file)
     return reader.evidence(path, file.facts.start_ns)
-
-
-def _strategy(guesses: Guesses, seed: int) -> Any:
-    try:
-        return STRATEGIES["optuna"](guesses, seed)
-    except BtMissionError:
-        return STRATEGIES["random"](guesses, seed)
 
 
 def _key(faults: Sequence[PlannedFault]) -> tuple[str, ...]:

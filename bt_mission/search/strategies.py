@@ -74,12 +74,11 @@ class OptunaStrategy:
     def __init__(self, space: Space, seed: int) -> None:
         try:
             import optuna  # noqa: PLC0415 - an extra, which need not be there
-        except ModuleNotFoundError:
+        except ImportError as error:
             raise BtMissionError(
-                "--strategy optuna needs the package optuna: pip install 'bt-mission[sweep]', or "
-                "use --strategy random",
+                f"the package optuna cannot be imported ({error}); pip install 'bt-mission[sweep]'",
                 code="BT-905",
-            ) from None
+            ) from error
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is experimental in it

@@ -8,6 +8,7 @@ from __future__ import annotations
 import gzip
 import json
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -252,6 +253,47 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
         if step % 2 == 0:
             written.scan(time_s, _ranges(x, generator).tolist(), increment=math.tau / RAYS)
     return written.close()
+
+
+@pytest.mark.parametrize(
+    ("rate", "repeated", "sent", "faults"),
+    [
+        (30.0, range(0), 3, []),  # a bag of two recorders, and one of their messages twice
+        (30.0, range(40, 41), 1, ["at 1.32: lidar_frozen lasting 0.05"]),
+        (10.0, range(20, 30), 1, ["at 1.95: lidar_frozen lasting 1.0"]),
+    ],
+)
+def test_a_lidar_is_frozen_if_new_scans_repeat_the_last(
+    tmp_path: Path, rate: float, repeated: range, sent: int, faults: list[str]
+) -> None:
+    """Not if the same scan, with its stamp, arrives again; no fault is shorter than a step."""
+    generator = np.random.default_rng(1)
+    written = RobotBag(tmp_path / "scans.mcap")
+    ranges = _ranges(-1.0, generator)
+    for step in range(round(4 * rate)):
+        written.odometry(step / rate, x=-1.0, speed=0.0)
+        if step not in repeated:
+            ranges = _ranges(-1.0, generator)
+        for copy in range(sent):
+            time_s = step / rate + copy * 0.001
+            written.scan(time_s, ranges.tolist(), increment=math.tau / RAYS, stamp_s=step / rate)
+    evidence = matched(evidence_of(written.close()))
+    diagnosis = diagnose(evidence, load_robot(find("robots", "burger")))
+    assert [each.fault.text for each in diagnosis.faults] == faults
+
+
+def test_a_search_without_optuna_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And draws its guesses at random."""
+    monkeypatch.setitem(sys.modules, "optuna", None)
+    monkeypatch.setattr("bt_mission.reproducing.session._Reproducer._is_near", lambda *_: False)
+    bag = recorded(tmp_path, "at 1.0: push 20 0")
+    assert main(["reproduce", str(bag), "-o", str(tmp_path / "case"), "--budget", "2"]) in (0, 1)
+    expected = (
+        "guesses are drawn at random, which finds less: the package optuna cannot be imported"
+    )
+    assert expected in capsys.readouterr().out
 
 
 def test_a_lidar_that_loses_rays_keeps_its_walls(room: Path) -> None:

@@ -42,11 +42,23 @@ class RobotBag:
         }
         self._write(time_s, "odom", ODOMETRY, message)
 
-    def scan(self, time_s: float, ranges: Sequence[float], *, increment: float = 0.0) -> None:
-        """Add a scan from straight ahead on; the lidar reaches from 0.1 m to 10 m."""
+    def scan(
+        self,
+        time_s: float,
+        ranges: Sequence[float],
+        *,
+        increment: float = 0.0,
+        stamp_s: float | None = None,
+    ) -> None:
+        """Add a scan from straight ahead on; the lidar reaches from 0.1 m to 10 m.
+
+        `stamp_s` counts from the start of the recording; None leaves the stamp at zero.
+        """
+        stamp_ns = 0 if stamp_s is None else START_NS + round(stamp_s * 1e9)
         figures = ("angle_min", "angle_max", "time_increment", "scan_time")
+        stamp = dict(zip(("sec", "nanosec"), divmod(stamp_ns, 10**9), strict=True))
         message = {
-            "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "base_scan"},
+            "header": {"stamp": stamp, "frame_id": "base_scan"},
             **dict.fromkeys(figures, 0.0),
             "angle_increment": increment,
             "range_min": 0.1,
