@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from bt_mission.core.stamps import MOST_SECONDS
+
 LAST_PORT = 65535
 
 LONGEST_SEED = 18
@@ -47,6 +49,8 @@ def seconds(text: str) -> float:
     value = _number(text)
     if not 0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"expected seconds from 0, such as 12.5, got '{text}'")
+    if value > MOST_SECONDS:
+        raise argparse.ArgumentTypeError(f"expected at most {MOST_SECONDS:,} s, got '{text}'")
     return value
 
 

@@ -171,7 +171,8 @@ class Command:
 
     Attributes:
         function: Runs it with the parsed options and returns the exit code; None if only its
-        subcommands run. description: What its help begins with.
+            subcommands run.
+        description: What its help begins with.
         options: What it takes, in the order of its help.
         epilog: What its help ends with, before the pages.
         help: Its line in the help of the command above; those of the command line have theirs in

@@ -159,6 +159,19 @@ class RunFiles:
         """Close all files, and make the page; gives what is to be said of them, by name."""
         return {**self._finish_traces(), **self._finish_film(), **self._finish_recording(report)}
 
+    def is_incomplete(self, kept: Kept) -> bool:
+        """Return whether a file that was asked for is cut, or was not written.
+
+        A recording that only lacks topics is none of these.
+        """
+        outputs = [trace.file for trace in self.traces]
+        if self.film is not None:
+            outputs.append(self.film.file.output)
+        if self.recorder is not None and self.recording is not None:
+            outputs.append(self.recorder.file.output)
+        cut = (file.fault is not None or file.is_deleted or file.remark for file in outputs)
+        return "report_lacks" in kept or any(cut)
+
     def _finish_traces(self) -> Kept:
         for trace in self.traces:
             trace.close()

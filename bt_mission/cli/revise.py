@@ -65,15 +65,18 @@ def _refused(options: argparse.Namespace, reason: str) -> int:
 def _examined(options: argparse.Namespace) -> Mission:
     """Check the file here, so that its errors show their places; Python code is not imported.
 
+    The executive knows the world, and checks the names of places.
+
     Raises:
         InputError: With every error.
     """
     from bt_mission.language.loader import required
     from bt_mission.language.permissions import Permissions
-    from bt_mission.sessions.check import examine
+    from bt_mission.sessions.check import ELSEWHERE, examine
 
     path = mission_file(options)
-    return required(examine(path, servers=None, permissions=Permissions(python="name")))
+    permissions = Permissions(python="name")
+    return required(examine(path, servers=None, permissions=permissions, given=ELSEWHERE))
 
 
 def _request(mission: Mission, options: argparse.Namespace) -> Any:

@@ -49,8 +49,8 @@ examples:
   bt-mission run explore --attach               against running servers and a robot
 
 exit codes: 0 success, or the expected result of a scenario; 1 mission failed, requirement
-violated, or unexpected result of a scenario; 2 bad input, 130 interrupted. A full disk does not
-change the exit code; the summary names the incomplete files
+violated, unexpected result of a scenario, or a file that was asked for is incomplete, as on a
+full disk: the summary names it; 2 bad input, 130 interrupted
 """
 
 
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         prepare_middleware()
     plan = load_plan(options, kind)
-    return plan.exit_code(carry_out(options, plan))
+    return carry_out(options, plan)
 
 
 _ON_A_GRAPH = (

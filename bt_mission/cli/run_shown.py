@@ -11,6 +11,7 @@ from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, TypeVar
 
 from bt_mission.cli import recording
+from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.run_plan import RunPlan, Summarize, Summary, takes_faults
 from bt_mission.cli.view import windows
@@ -28,8 +29,11 @@ R = TypeVar("R")
 Ended = TypeVar("Ended", bound="Outcome")
 
 
-def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
-    """Run a plan as the options ask, and print its summary."""
+def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
+    """Run a plan as the options ask, and print its summary; return the exit code.
+
+    A run that succeeds fails if a file that was asked for is incomplete.
+    """
     from bt_mission.cli.watch import is_drawable
     from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.core.memory import settle_memory
@@ -68,7 +72,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
                 stay_until_left(summary.verdict)
         # Before the session is taken down: of 16 robots that takes seconds.
         _print(options, plan, summary, kept)
-        return summary
+        return plan.exit_code(summary) or (MISSION_FAILED if files.is_incomplete(kept) else SUCCESS)
 
 
 def _live_faults(options: argparse.Namespace, session: Session) -> LiveFaults | None:

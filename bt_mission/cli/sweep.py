@@ -114,8 +114,8 @@ def sweep(options: argparse.Namespace) -> int:
                 why_stopped, code = f"stopped by {signal}", INTERRUPTED
         except BtMissionError as error:  # the workers are gone, or the disk is full
             why_stopped, code = error.headline, MISSION_FAILED
-        _tell(options, store, plan.count, tally, why_stopped)
-        return code or _judge(options, tally.count)
+        is_told = _tell(options, store, plan.count, tally, why_stopped)
+        return code or _judge(options, tally.count) or (SUCCESS if is_told else MISSION_FAILED)
 
 
 def plan_of(options: argparse.Namespace) -> SweepPlan:
@@ -240,7 +240,8 @@ def _tell(
     total: int,
     tally: SweepTally,
     why_stopped: str,
-) -> None:
+) -> bool:
+    """Print the results and make the page; return False if it could not be written."""
     if why_stopped:
         left = total - tally.count.scenarios
         print(
@@ -250,7 +251,7 @@ def _tell(
     if not options.json:
         if tally.count.scenarios:
             tell_results(store, options.report)
-        return
+        return True
     about = {"of": total, "results": str(store.folder), "stopped": why_stopped}
     try:
         about["report"] = str(write_page(store, options.report, None))
@@ -260,6 +261,7 @@ def _tell(
     from bt_mission.sweeps.report.explanation import results_as_dict
 
     print(json.dumps({**results_as_dict(SweepColumns(store.rows())), **about}))
+    return "report" in about
 
 
 def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:

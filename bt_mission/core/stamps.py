@@ -7,6 +7,9 @@ from typing import Any
 NS = 1_000_000_000
 """Nanoseconds in a second."""
 
+MOST_SECONDS = 2**31 - 1
+"""The seconds that a time of ROS can hold, 68 years: `sec` in `builtin_interfaces` is an int32."""
+
 
 def to_ns(stamp: Any) -> int:
     """Return a Time or a Duration in ns."""

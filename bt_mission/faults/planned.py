@@ -81,7 +81,7 @@ class PlannedFault:
 
     @property
     def kind(self) -> FaultKind:
-        """The arguments of the fault."""
+        """The row of the table of faults."""
         return FAULTS[self.name]
 
     def make(self) -> Fault:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.core.stamps import MOST_SECONDS
 from bt_mission.core.units import UNITS, converted
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.faults import FAULTS
@@ -220,6 +221,10 @@ def argument_value(parameter: Parameter, value: Any, column: int) -> Value:
         raise ExpressionError(
             "BT-703", message, column, did_you_mean(str(value), parameter.choices)
         )
+    number = converted if isinstance(converted, int | float) else 0.0
+    if parameter.unit == "s" and abs(number) > MOST_SECONDS:
+        text = f"expected at most {MOST_SECONDS:,} s for '{parameter.name}', got {number:g}"
+        raise ExpressionError("BT-703", text, column)
     return converted
 
 

@@ -90,7 +90,7 @@ def _in_unit(default: Plain, value: Any) -> Any:
 
 
 def _is_plain(value: Any) -> bool:
-    """Return whether a value may be one of an input, as `rules.plain` has it in a file."""
+    """Return whether a value may be one of an input, as `fields.plain` has it in a file."""
     if isinstance(value, list):
         return all(_is_plain(part) for part in value)
     return isinstance(value, str) or (isinstance(value, int | float) and math.isfinite(value))

@@ -9,7 +9,7 @@ from typing import Any
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import look_for
 from bt_mission.core.yaml.document import read
-from bt_mission.language.expressions.places import Places, Pose
+from bt_mission.language.expressions.places import AnyPlace, Places, Pose
 from bt_mission.language.permissions import ANYTHING, Permissions
 
 
@@ -26,9 +26,11 @@ def places_of(
         own: Those in its `places`.
         world: Its world, by name or path.
         file: The mission's.
-        zones: Those of another world that it runs in; None reads them from its own.
+        zones: Those of another world that it runs in, or `AnyPlace`; None reads its own.
         permissions: What files may be read.
     """
+    if isinstance(zones, AnyPlace):
+        return Places(own, AnyPlace)
     if zones is not None:
         return Places(own, partial(dict, zones))
     return Places(own, partial(zones_of_file, world or "", file, permissions), bool(world))

@@ -29,6 +29,7 @@ from bt_mission.language.action_names import BY_TYPE
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.checks.warnings import word_inputs
+from bt_mission.language.expressions.places import AnyPlace, Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.loader import Examined, read_mission
@@ -56,13 +57,15 @@ class Surroundings:
 
     Attributes:
         world: It may be another than that of the mission.
+        is_elsewhere: Whether they are not known here, and any name may be that of a place.
     """
 
     world: World | None = None
     robot: RobotModel | None = None
+    is_elsewhere: bool = False
 
 
-UNREAD = Surroundings()
+UNREAD, ELSEWHERE = Surroundings(), Surroundings(is_elsewhere=True)
 
 
 def examine(
@@ -89,7 +92,7 @@ def examine(
 
     def checked(values: Mapping[str, Plain]) -> Examined:
         check = partial(_faults, servers=servers, permissions=permissions, given=given)
-        zones = None
+        zones: Mapping[str, Pose] | None = AnyPlace() if given.is_elsewhere else None
         if given.world is not None:
             zones = {zone.name: (zone.x, zone.y, 0.0) for zone in given.world.zones}
         try:
@@ -129,7 +132,8 @@ def _faults(
     """Yield what does not fit this machine, and the errors of a mission's nodes."""
     is_staged = servers is not None
     yield from factory_diagnostics(mission.nodes, permissions, is_needed=is_staged)
-    yield from _place_diagnostics(mission, permissions)
+    if not given.is_elsewhere:
+        yield from _place_diagnostics(mission, permissions)
     yield from _parallel_diagnostics(mission)
     yield from word_inputs(mission)
     yield from yaw_diagnostics(mission)

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.diagnostics import listed, quoted
 from bt_mission.core.errors import BtMissionError
@@ -24,20 +24,29 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import all_steps
-from bt_mission.sessions.check import examine
+from bt_mission.sessions.check import Surroundings, examine
 from bt_mission.sessions.load import XML
+
+if TYPE_CHECKING:
+    from sim.world.world import World
 
 MOST_INCLUDED = 100
 """Files in one request."""
 
 
-def read_revision(running: Mission, request: Any, permissions: Permissions = ANYTHING) -> Mission:
-    """Return the new version of a running mission, checked.
+def read_revision(
+    running: Mission,
+    request: Any,
+    permissions: Permissions = ANYTHING,
+    place: World | None = None,
+) -> Mission:
+    """Return the new version of a running mission, checked with the world and robot of the run.
 
     Args:
         running: The running mission. Names of files count from its folder.
         request: Of ``bt_mission_interfaces/srv/ReviseMission``.
         permissions: What the running mission may use.
+        place: The world that it runs in; None is that which the running mission names.
 
     Raises:
         InputError: With every error.
@@ -59,7 +68,14 @@ def read_revision(running: Mission, request: Any, permissions: Permissions = ANY
         python="refuse" if permissions.python == "refuse" else "name",
     )
     mission = required(
-        examine(_document(request.text, name, texts), servers=None, permissions=permissions)
+        examine(
+            _document(request.text, name, texts),
+            world=running.world,
+            robot=running.robot,
+            servers=None,
+            permissions=permissions,
+            given=Surroundings(world=place),
+        )
     )
     known = set(_targets(running))
     other = [target for target in _targets(mission) if target not in known]

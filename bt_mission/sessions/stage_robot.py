@@ -186,7 +186,11 @@ class StageRun(Run):
             has_presence=False,
             why_rejected=self._why_rejected,
             signals=partial(StageSignals, robot=self.robot),
-            read_revision=read_revision if self._options.editable else None,
+            read_revision=(
+                partial(read_revision, place=self.robot.physics.world)
+                if self._options.editable
+                else None
+            ),
         )
         node = NodeOptions(
             namespace=name or None,

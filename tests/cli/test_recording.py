@@ -44,26 +44,33 @@ def test_a_report_that_fails_hides_no_outcome(
         raise ZeroDivisionError("a defect")
 
     monkeypatch.setattr("bt_mission.views.web.report.page.page_of", broken)
-    report = mission.json("run m.yaml --report run.html")
+    report = mission.json("run m.yaml --report run.html", 1)
     assert report["status"] == "success"
     assert report["report_lacks"].startswith("ZeroDivisionError: a defect (test_recording.py:")
 
 
 @pytest.mark.process
 @pytest.mark.usefixtures("mission")
-def test_a_full_disk_is_reported_at_the_end() -> None:
-    """The mission itself succeeds."""
+@pytest.mark.parametrize(
+    ("option", "file", "limit", "words"),
+    [
+        ("--record", "run.mcap", 8000, "  recorded to run.mcap; it lacks everything after 0.0 s"),
+        ("--trace", "t.jsonl", 200, "  trace in t.jsonl; it lacks everything after 0.1 s"),
+        ("--report", "run.html", 8000, "  no report: "),
+    ],
+)
+def test_a_full_disk_is_reported_at_the_end(option: str, file: str, limit: int, words: str) -> None:
+    """The mission itself succeeds; what was asked for did not."""
     done = subprocess.run(
-        [sys.executable, "-m", "bt_mission", "run", "m.yaml", "--record", "run.mcap"],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000)),
+        [sys.executable, "-m", "bt_mission", "run", "m.yaml", option, file],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0
-    assert done.stdout.splitlines()[-1].startswith(
-        "  recorded to run.mcap; it lacks everything after 0.0 s (File too large)"
-    )
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-1].startswith(words)
+    assert ("(File too large)" in done.stdout) == (option != "--report")
     assert "Traceback" not in done.stdout + done.stderr
 
 

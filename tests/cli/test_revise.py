@@ -37,3 +37,22 @@ def test_a_running_mission_is_revised_by_another_process(
     nobody = live_graph.start("revise", "nobody", path, "--wait", "1", "--json")
     assert nobody.wait() == 1
     assert '{"is_applied": false' in nobody.output
+
+
+def test_places_are_those_of_the_world_that_runs(cli: CommandLine, live_graph: LiveGraph) -> None:
+    """It is named with --world, and the file that is sent names none that this folder has."""
+    cli.write("w.yaml", "name: w\nsize: [6, 6]\nzones: [{name: Q, x: 0.5, y: 0.5, radius: 0.2}]\n")
+    path = cli.write("m.yaml", MISSION)
+    running = live_graph.start(
+        "run", path, "--editable", "--world", "w.yaml", "--speed", "1", "--plain"
+    )
+    running.until("nap")
+    there = "    - navigate_to_pose: {pose: zone Q}\n      timeout: 60\n"
+    cli.write(path, MISSION.replace("    - log", f"{there}    - log"))
+    applied = live_graph.start("revise", "bt_mission", path)
+    assert applied.wait() == 0, applied.output
+    assert "+ navigate_to_pose" in applied.output
+    cli.write(path, MISSION.replace("    - log", f"{there.replace('zone Q', 'zone Z')}    - log"))
+    refused = live_graph.start("revise", "bt_mission", path)
+    assert refused.wait() == 1
+    assert "unknown place 'zone Z' (places: Q)" in refused.output

@@ -27,6 +27,14 @@ Pose: TypeAlias = tuple[float, float, float]
 _ZONE = "zone "
 
 
+class AnyPlace(dict[str, Pose]):
+    """The zones of a world that is not known here: it may have a place of any name."""
+
+    def get(self, _name: str, _default: Any = None) -> Pose:
+        """Return a pose that stands for one that is not known."""
+        return 0.0, 0.0, 0.0
+
+
 @dataclass(frozen=True)
 class Places:
     """Looks up places by name; a zone is also found as `zone NAME`.
@@ -49,7 +57,8 @@ class Places:
     def find(self, text: str) -> Pose | None:
         """Return the place that a text names, or None."""
         text = text.strip()
-        return self.all.get(text) or self.all.get(text.removeprefix(_ZONE).strip())
+        zone = text.removeprefix(_ZONE).strip()
+        return self.all.get(text) or self.all.get(zone) or self.find_zones().get(text)
 
     def unknown(self, text: str, column: int = 1) -> ExpressionError:
         """Return the error for a text that names no place."""

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from bt_mission.core.actions import MOVED
 from bt_mission.core.diagnostics import describe, did_you_mean, listed
+from bt_mission.core.stamps import MOST_SECONDS
 from bt_mission.core.units import converted
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.expressions.parser import RESERVED, parse
@@ -90,9 +91,6 @@ class NumberRule:
             raise refusal(self.refuses(describe(value), value), code=self.code_of(value))
         return float(value)
 
-
-MOST_SECONDS = 2**31 - 1
-"""The seconds that a time of ROS can hold, 68 years: `sec` in `builtin_interfaces` is an int32."""
 
 MOST_WEIGHT = 1_000_000_000
 """So that the weights of all children have a finite sum."""

@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 from typing_extensions import override
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.stamps import MOST_SECONDS
 from bt_mission.core.units import COMPUTED, SECONDS, in_base
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.parser import ExpressionParser, Token, tokenized
@@ -239,6 +240,14 @@ class RequirementParser(ExpressionParser):
 
     def time(self) -> float:
         """Take a time, s."""
+        column = self.next.column
+        time_s = self._time()
+        if time_s > MOST_SECONDS:
+            message = f"expected a time of at most {MOST_SECONDS:,} s, got {time_s:g} s"
+            raise ExpressionError("BT-605", message, column)
+        return time_s
+
+    def _time(self) -> float:
         token = self.take()
         if token.kind != "number":
             got = quoted(token.text) if token.text else "the end"
