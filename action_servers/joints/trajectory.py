@@ -48,11 +48,8 @@ LONGEST_S = 3_600.0
 
 
 class Code(IntEnum):
-    """The error codes of `control_msgs/action/FollowJointTrajectory`."""
+    """The error codes of `control_msgs/action/FollowJointTrajectory` that its goals end with."""
 
-    INVALID_GOAL = -1
-    INVALID_JOINTS = -2
-    OLD_HEADER_TIMESTAMP = -3
     PATH_TOLERANCE_VIOLATED = -4
     GOAL_TOLERANCE_VIOLATED = -5
 

@@ -1,4 +1,1 @@
-"""Modules that all packages may import: errors, located YAML, data folders, the robot model.
-
-Pure.
-"""
+"""Modules that all packages may import: errors, YAML with places, data files, robot models, DDS."""

@@ -258,7 +258,7 @@ class Built:
 
     Args:
         above: The node whose child it is.
-        number: The how manieth child, from 0.
+        number: Its place among the children of that node, from 0.
     """
 
     node: Behaviour

@@ -1,1 +1,1 @@
-"""The state of a mission in another process, and how it is shown: pure, from plain data."""
+"""Events of missions: a closed set, their codec, and the state that follows from them. Pure."""

@@ -541,7 +541,6 @@ class Executive:
             self.reason = "; ".join(filter(None, (self.reason, *wrong)))
             if self.verdict is MissionStatus.SUCCESS:
                 self.verdict = MissionStatus.FAILURE
-        """How the mission has ended, or is about to."""
         self.observe_s = observe_s
         self.ended_ns = self._runtime.now_ns
         if not observe_s:

@@ -1,6 +1,6 @@
 """ROS types by name, as shapes, and messages filled from and read into plain values.
 
-The only module of the mission language that touches ROS; the executive uses it too.
+Checks of missions, the executive and the tools for graphs use it.
 """
 
 from __future__ import annotations

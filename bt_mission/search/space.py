@@ -114,10 +114,6 @@ class SearchSpace:
         )
         self._most_faults = ranges.faults.most if names else 0
 
-    def as_it_is(self) -> Candidate:
-        """The base, with nothing varied."""
-        return Candidate(limit=self._limit)
-
     def draw(self, parts: PartDraws) -> Candidate:
         """Draw a candidate; equal draws give equal candidates."""
         values: dict[str, Any] = {

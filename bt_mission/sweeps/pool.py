@@ -357,7 +357,7 @@ def why_unfit(answer: Any, threads: int) -> str:
     """Return why a worker cannot take part; empty if it can, or is gone.
 
     Args:
-        found: Its versions, or the exception that came instead.
+        answer: Its versions, or the exception that came instead.
         threads: The number of its parallel tasks.
     """
     if isinstance(answer, OSError):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -262,14 +261,6 @@ class SweepTally:
         default_factory=lambda: defaultdict(RequirementTally)
     )
     _groups: dict[Cause | None, FailureGroup] = field(default_factory=dict, init=False, repr=False)
-
-    @classmethod
-    def of(cls, rows: Iterable[ScenarioRow]) -> SweepTally:
-        """Add all rows up."""
-        tally = cls()
-        for row in rows:
-            tally.add(row)
-        return tally
 
     def add(self, row: ScenarioRow) -> None:
         """Add a row."""

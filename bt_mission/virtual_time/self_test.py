@@ -32,7 +32,7 @@ def self_test() -> None:
     A process runs the test once.
 
     Raises:
-        NotLockstepError: A message is late or lost.
+        NoVirtualTimeError: A message is late or lost.
     """
     context = Context()
     rclpy.init(context=context)

@@ -259,7 +259,7 @@ class LiveTree:
         self._state = executive.mission_state
 
     def render(self, room: int | None = None) -> Group:
-        """Return the whole view: header and tree, with at most `rows` rows."""
+        """Return the whole view: header and tree, with at most `room` rows."""
         if room is None:
             room = max(self._console.height - 3, 1)
         failed = set(self._state.failure_path())

@@ -102,7 +102,7 @@ def test_a_caster_has_a_name_or_a_place_and_one_that_is_not_listed_brakes(
     changes = [(f' name="caster_{side}"', "") for side in nameless]
     path = changed(tmp_path, *changes, figures=("[caster_left, caster_right]", casters))
     warned = check_robot(path)[1]
-    assert [(each.code, each.severity) for each in warned] == [("BT-814", "warning")] * len(warnings)
+    assert {(each.code, each.severity) for each in warned} <= {("BT-814", "warning")}
     assert [each.message.partition(" If")[0] for each in warned] == warnings
     simulation = simulated(robot=path)
     drive(simulation, 4.0, 0.2)
