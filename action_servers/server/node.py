@@ -34,9 +34,9 @@ from action_servers.server.parameters import (
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.action_requests import BURST
 from bt_mission.core.actions import declared
-from bt_mission.core.dds.action_servers import duplicate_servers, settled
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.executors.action_endpoints import duplicate_servers, settled
 from bt_mission.executors.process import (
     LOOK_S,
     NO_ARGUMENTS,

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.core.dds.action_servers import obstacle
 from bt_mission.core.listeners import Stream
+from bt_mission.executors.action_endpoints import obstacle
 from bt_mission.executors.serving import ServingExecutor
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient

@@ -17,12 +17,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
-from bt_mission.core.dds.action_servers import duplicate_servers, qos_conflict, settled
 from bt_mission.core.dds.publishers import CLOCK, duplicate_publishers
 from bt_mission.core.errors import BtMissionError, callback_failure
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.status import MissionStatus
+from bt_mission.executors.action_endpoints import duplicate_servers, qos_conflict, settled
 from bt_mission.executors.live import LiveExecutor
 
 if TYPE_CHECKING:

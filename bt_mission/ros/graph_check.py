@@ -14,11 +14,11 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-from bt_mission.core.dds.action_servers import SETTLE_S, duplicate_servers, qos_conflict
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_source
+from bt_mission.executors.action_endpoints import SETTLE_S, duplicate_servers, qos_conflict
 from bt_mission.language.follow import Follow
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import (

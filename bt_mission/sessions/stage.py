@@ -17,10 +17,10 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
-from bt_mission.core.dds.action_servers import duplicate_servers
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode

@@ -19,9 +19,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
-from bt_mission.core.dds.action_servers import qos_conflict
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.executors.action_endpoints import qos_conflict
 
 WAIT_S = 5.0
 """Wall time after which endpoints that belong together must be matched."""

@@ -87,17 +87,17 @@ def test_servers_that_get_no_goal_are_named() -> None:
     ]
     dock = "action: {name: dock, type: bt_mission_interfaces/action/Turn, goal: {angle: 9}}"
     text = f"mission: m\ntree:\n  sequence:\n    - turn: {{angle: 9}}\n    - {dock}\n"
-    found = [each.diagnostic() for each in graph_check.find_missing(load(text), "robot1")]
+    diagnostics = [each.diagnostic() for each in graph_check.find_missing(load(text), "robot1")]
     for server in servers:
         server.destroy()
     node.destroy_node()
     context.shutdown()
-    assert [(each.code, each.line) for each in found] == [("BT-914", 4), ("BT-917", 5)]
-    assert "/robot1/turn has 2 servers (/robot1/more, /robot1/servers)" in found[0].message
+    assert [(each.code, each.line) for each in diagnostics] == [("BT-914", 4), ("BT-917", 5)]
+    assert "/robot1/turn has 2 servers (/robot1/more, /robot1/servers)" in diagnostics[0].message
     assert (
         "/robot1/dock: its server /robot1/more publishes status with best effort and volatile, an "
         "action client needs reliable and transient local"
-    ) in found[1].message
+    ) in diagnostics[1].message
 
 
 @pytest.mark.usefixtures("robot")

@@ -18,8 +18,8 @@ def warned(ros: Any, monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
     lines: dict[str, list[str]] = {}
     for name, more in (("patrol", {}), ("dock", {"name": "second"})):
         runner = ros.mission(TURN.format(name), has_controls=True, **more)
-        said = lines[name] = []
-        monkeypatch.setattr(runner, "warn", said.append)
+        warnings = lines[name] = []
+        monkeypatch.setattr(runner, "warn", warnings.append)
         OtherMissions(runner)
         setattr(ros, name, runner)
         ros.run(1.0)
