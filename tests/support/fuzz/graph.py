@@ -70,6 +70,9 @@ class Server:
     def is_ready(self) -> bool:
         return self._luck.random() > 0.01
 
+    def obstacle(self) -> str:
+        return ""
+
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         return interface_types.fill(self._type.Goal(), fields)
 
