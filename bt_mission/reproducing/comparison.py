@@ -23,11 +23,16 @@ MOST_PATH_M = 5.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """The end of a run: outcome, and the violated requirements."""
+    """The end of a run: outcome, and the violated requirements.
+
+    Attributes:
+        missing_faults: Of a simulated run: the planned faults that never happened.
+    """
 
     outcome: str
     violated: tuple[str, ...]
     reason: str = ""
+    missing_faults: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -64,10 +69,10 @@ class Comparison:
 
     @property
     def is_repeated(self) -> bool:
-        """Whether the simulated run ends as the recorded one."""
-        return self.wanted.outcome in ("any", self.got.outcome) and set(
-            self.wanted.violated
-        ) <= set(self.got.violated)
+        """Whether the simulated run ends as the recorded one, with every fault of its scenario."""
+        ends_so = self.wanted.outcome in ("any", self.got.outcome)
+        violates = set(self.wanted.violated) <= set(self.got.violated)
+        return ends_so and violates and not self.got.missing_faults
 
     @property
     def outcomes_agree(self) -> bool:
@@ -85,6 +90,7 @@ class Comparison:
         """How far the runs differ; 0 for none."""
         score = min(self.mean or 0.0, MOST_PATH_M)
         missing = set(self.wanted.violated) - set(self.got.violated)
+        score += 0.5 * len(self.got.missing_faults)
         score += 0.5 * len(missing) + 0.5 * (self.wanted.outcome not in ("any", self.got.outcome))
         pairs = list(zip_longest(self.recorded, self.simulated))
         if not self.outcomes_agree:
@@ -168,6 +174,7 @@ def differences(comparison: Comparison) -> list[str]:
         for name in wanted.violated
         if name not in got.violated
     ]
+    lines += [f"fault '{fault}' never happens in the simulation" for fault in got.missing_faults]
     if not comparison.outcomes_agree:
         lines.append(
             f"goals end as {_listed(comparison.recorded)} in the recording, as "

@@ -381,6 +381,7 @@ class _Reproducer:
             report.status,
             tuple(result.name for result in report.requirements if result.verdict == "violated"),
             report.reason,
+            tuple(fault.fault for fault in report.faults if fault.fails),
         )
         comparison = compare(self._recorded.evidence, simulated, case.verdict, got)
         self._simulated[key] = comparison, report, simulated
