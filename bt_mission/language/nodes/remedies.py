@@ -150,13 +150,13 @@ OTHER_KEYS: dict[str, dict[str, str]] = {
 }
 """Keys of other tools in a mission, a named tree or a node, with ours."""
 
-FIRST_FIELDS = {
-    "finally": "timeout",
-    "repeat": "count",
-    "retry": "attempts",
-    **{kind: next(iter(action.example)) for kind, action in ACTION_NAMES.items() if action.example},
+EXAMPLES: Mapping[str, Mapping[str, Any]] = {
+    "finally": {"timeout": 5},
+    "repeat": {"count": 3},
+    "retry": {"attempts": 3},
+    **{kind: action.example for kind, action in ACTION_NAMES.items() if action.example},
 }
-"""The field that is meant where a type of node with fields gets one value."""
+"""Fields of types of nodes; the first is meant where a type gets one value."""
 
 ALL_KINDS = "'bt-mission docs nodes' lists all"
 NEAREST = 3
@@ -233,12 +233,16 @@ def beside(key: str, kind: str) -> str:
 
 def lone_value(kind: str, value: Any) -> tuple[str, str] | None:
     """Return what is wrong with one value where a type takes fields, and a hint; else None."""
-    name = FIRST_FIELDS.get(kind)
-    if name is None or isinstance(value, dict):
+    example = EXAMPLES.get(kind)
+    if example is None or isinstance(value, dict):
         return None
+    message = f"expected a mapping, got {describe(value)}"
+    name, usual = next(iter(example.items()))
+    if isinstance(value, int | float) and isinstance(usual, list | dict):
+        fields = ", ".join(f"{field}: {part}" for field, part in example.items())
+        return message, f"write for example '{kind}: {{{fields}}}'"
     is_value = isinstance(value, int | float | list) or str(value).startswith("$")
     shown = str(value) if is_value and len(str(value)) <= 40 else "..."
-    message = f"expected a mapping, got {describe(value)}"
     return message, f"write '{kind}: {{{name}: {shown}}}'"
 
 
