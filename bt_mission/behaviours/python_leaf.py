@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -12,6 +13,7 @@ from bt_mission.behaviours import snapshot
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import MissionFailure, Runtime, placed
+from bt_mission.core.clock_watch import CONTAINED, LeftError
 from bt_mission.core.diagnostics import describe
 from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.wall_clock import Stopwatch
@@ -72,12 +74,30 @@ class PythonLeaf(Hooked):
         """Hand the runtime on."""
         self._runtime: Runtime = kwargs["runtime"]
         self.behaviour.parent = self.parent
-        self.behaviour.setup(**kwargs)
+        with self._blamed("setup() raised "):
+            self.behaviour.setup(**kwargs)
 
     @property
     def _named(self) -> str:
         """The place in the mission, and the label."""
         return f"{self._values.place}: '{self._node.label}'"
+
+    @contextmanager
+    def _blamed(self, what: str = "") -> Iterator[None]:
+        """Around a call of the user's code: what it raises names the place in the mission.
+
+        Raises:
+            MissionFailure: The code raises, or would end the process.
+        """
+        try:
+            with CONTAINED:
+                yield
+        except LeftError as error:
+            raise MissionFailure(f"{self._named}: {error}") from error
+        except BtMissionError:
+            raise
+        except Exception as error:
+            raise MissionFailure(f"{self._named}: {what}{described(error)}") from error
 
     def walk(self) -> Iterator[Behaviour]:
         """Set the inputs at entry; tick; read the outputs at the end.
@@ -85,12 +105,14 @@ class PythonLeaf(Hooked):
         Raises:
             MissionFailure: The user's code raises; the message has the place in the mission.
         """
-        try:
-            yield from self._walk()
-        except BtMissionError:
-            raise
-        except Exception as error:
-            raise MissionFailure(f"{self._named}: {described(error)}") from error
+        walk = self._walk()
+        while True:
+            # Around each piece of the walk, not around a yield: whoever drops a walk closes it.
+            with self._blamed():
+                node = next(walk, None)
+            if node is None:
+                return
+            yield node
 
     def _walk(self) -> Iterator[Behaviour]:
         ours = self.behaviour
@@ -163,7 +185,8 @@ class PythonLeaf(Hooked):
         """Halt the user's behaviour."""
         self.note_reset(new_status)
         self.run_call_hooks("terminate")
-        self.behaviour.stop(new_status)
+        with CONTAINED:
+            self.behaviour.stop(new_status)
 
     def tip(self) -> Behaviour | None:
         """Return the deepest node that was ticked."""
@@ -192,9 +215,11 @@ def _made(node: PythonNode, values: Evaluator) -> Behaviour:
     with placed(values.place):
         kind = find_class(node.target, values.file)
     try:
-        return kind(node.label)
+        with CONTAINED:
+            return kind(node.label)
+    except LeftError as error:
+        raise MissionFailure(f"{values.place}: {error}") from error
     except Exception as error:
-        why = f"{type(error).__name__}: {error}"
         raise MissionFailure(
-            f"{values.place}: {kind.__name__}({node.label!r}) raised {why}"
+            f"{values.place}: {kind.__name__}({node.label!r}) raised {described(error)}"
         ) from error

@@ -17,6 +17,7 @@ from bt_mission.cli.outputs import refuse_outputs
 from bt_mission.cli.parser import Parser, refuse_contradictions
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
+from bt_mission.core.interrupts import replaced_handlers
 from bt_mission.core.terminal.streams import STANDARD_OUTPUT, escaped_output, unescaped
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -107,14 +108,11 @@ def _run_command(parser: Parser, arguments: Sequence[str] | None) -> int:
 @contextmanager
 def _leaving_at_once() -> Iterator[None]:
     """End the process on a signal: before a mission starts and after its end nothing is halted."""
-    before = {
-        number: signal.signal(number, lambda *_: os._exit(INTERRUPTED))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    before = replaced_handlers(lambda *_: os._exit(INTERRUPTED))
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in before:
             signal.signal(number, handler)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from bt_mission.cli.argument_types import whole
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
+    CMD_VEL_TYPE,
     IMAGES,
     NAMESPACE,
     NETWORK,
@@ -162,12 +163,7 @@ COMMANDS = {
             whole,
             8,
         ),
-        Option(
-            "--cmd-vel-type",
-            "type of cmd_vel: TwistStamped (default) or Twist",
-            choices=("stamped", "plain"),
-            default="stamped",
-        ),
+        CMD_VEL_TYPE,
         VIEW,
     ),
     "servers": _node(

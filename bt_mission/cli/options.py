@@ -113,6 +113,14 @@ NAMESPACE = Option(
 WALL_CLOCK = Option("--wall-clock", "use this machine's clock without waiting for /clock")
 
 
+CMD_VEL_TYPE = Option(
+    "--cmd-vel-type",
+    "type of cmd_vel: TwistStamped (default) or Twist",
+    choices=("stamped", "plain"),
+    default="stamped",
+)
+
+
 def nature_option(default: str) -> Option:
     """Return the choice of a profile of nature; `default` is the one without it."""
     return Option(

@@ -10,6 +10,7 @@ from bt_mission.cli.argument_types import seconds, unchecked_output_file
 from bt_mission.cli.foxglove import foxglove_options
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
+    CMD_VEL_TYPE,
     EDITABLE,
     FAULT,
     IMAGES,
@@ -131,6 +132,7 @@ COMMANDS = {
                 not_for=each("fleet", why="another simulator moves one robot"),
             ),
             nature_option("none"),
+            CMD_VEL_TYPE.but(excludes=each("attach", why="the robot is that of the graph")),
             NO_PYTHON,
             SPEED.but(
                 help="simulated seconds per second; 1 is real time (default: as fast as possible)",

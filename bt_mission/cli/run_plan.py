@@ -219,6 +219,7 @@ def _stage_options(
         own,
         nature=nature_of(options) or own.nature,
         simulator=simulator_of(options) or own.simulator,
+        command_type=options.cmd_vel_type,
         visible=options.visible or options.editable,
         editable=options.editable,
         network=options.network,

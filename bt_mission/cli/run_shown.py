@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, closing
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from bt_mission.cli import recording
@@ -60,6 +61,9 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
             onlookers.append(_view(options, plan, plain=options.plain or on_page))
         kept: recording.Kept = {}
         end = _ending(options, session, summarize, files, kept)
+        if session.watch is not None:
+            say_end = partial(_print_last, options, plan, session, end, kept)
+            session.watch.last_words.append(say_end)
         steps = with_end(driving(session, onlookers, interrupts, speed=pace(options)), end)
         settle_memory()
         if on_page:
@@ -131,7 +135,8 @@ def _on_screen(
     from bt_mission.views.tui.run_app import RunApp
 
     with closing(LocalExecutive(session)) as graph:
-        app = RunApp(graph, marks_for(sys.stdout.encoding), graph.name, steps, interrupts)
+        marks = marks_for(sys.stdout.encoding)
+        app = RunApp(graph, marks, graph.name, steps, interrupts, session.watch)
         return app.run_to_the_end()
 
 
@@ -195,6 +200,17 @@ def _print(
         return
     lines = [summary.as_text(), *_leaves(summary), *recording.file_lines(kept)]
     print("\n".join(lines if result is None else [*lines, str(result)]), flush=True)
+
+
+def _print_last(
+    options: argparse.Namespace,
+    plan: RunPlan,
+    session: Session,
+    end: Callable[[Reports], Summary],
+    kept: recording.Kept,
+) -> None:
+    """Save the files and print the summary of a run that a callback does not let end."""
+    _print(options, plan, end(session.reports()), kept)
 
 
 def _leaves(summary: Summary) -> list[str]:

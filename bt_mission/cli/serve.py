@@ -129,6 +129,9 @@ def serve(options: argparse.Namespace) -> int:
         say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
         say(_offered(missions))
         page = watching_process(options, node.get_fully_qualified_name())
+        if options.allow_python or options.editable:
+            watch = graph.watch_users()
+            watch.last_words.append(lambda: node.abandon("left while a callback did not return"))
         with InterruptSignals(TWO_WISHES) as interrupts, page, foxglove_process(options):
             if not _serve_missions(graph, node, interrupts):
                 return INTERRUPTED

@@ -50,7 +50,8 @@ def described(error: BaseException) -> str:
     if innermost is not None:
         file = Path(innermost.tb_frame.f_code.co_filename).name
         place = f" ({file}:{innermost.tb_lineno})"
-    return f"{type(error).__name__}: {error}{place}"
+    text = f": {error}" if str(error) else ""
+    return f"{type(error).__name__}{text}{place}"
 
 
 def place_of(function: Any) -> str:

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM, checked between two steps; and a limit for code that may block."""
+"""SIGINT, SIGTERM and SIGHUP, checked between two steps; a limit for code that may block."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any, Self
 
 from bt_mission.core.wall_clock import Stopwatch
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""What ends a command. SIGHUP is sent when a terminal or a connection is closed."""
 
 SAME_WISH_S = 0.5
 """A signal that is repeated within this wall time is the same request, s: one Ctrl-C reaches a
@@ -20,8 +21,26 @@ program twice if its parent (`ros2 launch` without a terminal, `timeout`, `uv ru
 
 TWO_WISHES = 2
 """For a mission: the first signal ends it in an orderly way, the second at once. Both are checked
-between two steps; a third one raises KeyboardInterrupt in the middle of a callback that hangs.
+between two steps; a third one raises KeyboardInterrupt in the middle of a step. While a user's code
+does not return, `core.clock_watch` acts on them.
 """
+
+
+def replaced_handlers(handler: Any) -> list[tuple[signal.Signals, Any]]:
+    """Handle all signals of :data:`SIGNALS`; return the former handlers.
+
+    A SIGHUP that `nohup` has this process ignore stays ignored.
+    """
+    return [
+        (number, signal.signal(number, handler))
+        for number in SIGNALS
+        if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN
+    ]
+
+
+def name_of(number: int) -> str:
+    """Return what people call a signal."""
+    return "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
 
 
 class InterruptSignals:
@@ -42,8 +61,7 @@ class InterruptSignals:
         self._former: list[list[tuple[signal.Signals, Any]]] = []
 
     def __enter__(self) -> Self:
-        former = [(number, signal.signal(number, self._take)) for number in SIGNALS]
-        self._former.append(former)
+        self._former.append(replaced_handlers(self._take))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -63,7 +81,7 @@ class InterruptSignals:
         if self._most is not None and self.count >= self._most:
             raise KeyboardInterrupt
         self.signal = name
-        self.note("Ctrl-C" if number == signal.SIGINT else self.signal)
+        self.note(name_of(number))
 
     def _is_repeated(self, name: str) -> bool:
         last = self._since_last

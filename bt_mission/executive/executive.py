@@ -13,7 +13,7 @@ breakpoint pauses it in the middle of a tick, just before a node starts.
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -107,6 +107,8 @@ class Executive:
         self.verdict = MissionStatus.FAILURE
         """The verdict of the mission, also while it is ending."""
         self.observe_s = observe_s
+        self.flaws: Callable[[], Sequence[str]] = tuple
+        """Returns why the run is not valid, however the tree ends; a line each."""
         self.revisions = 0
         """The number of revisions of the mission since its start."""
         self._runtime = runtime
@@ -536,11 +538,7 @@ class Executive:
     def _finish(self, observe_s: float) -> None:
         left = self.goals_left_behind
         orphans = [f"orphaned goals: {', '.join(left)}"] if left else []
-        wrong = [*self.cleanups.failures, *self._take_raised(), *orphans]
-        if wrong:
-            self.reason = "; ".join(filter(None, (self.reason, *wrong)))
-            if self.verdict is MissionStatus.SUCCESS:
-                self.verdict = MissionStatus.FAILURE
+        self._add_wrong([*self.cleanups.failures, *self._take_raised(), *orphans])
         self.observe_s = observe_s
         self.ended_ns = self._runtime.now_ns
         if not observe_s:
@@ -549,7 +547,15 @@ class Executive:
         self.status = MissionStatus.OBSERVING
         self._emit_state()
 
+    def _add_wrong(self, wrong: Sequence[str]) -> None:
+        """Add what is wrong to the reason; the mission has then failed."""
+        if wrong:
+            self.reason = "; ".join(filter(None, (self.reason, *wrong)))
+            if self.verdict is MissionStatus.SUCCESS:
+                self.verdict = MissionStatus.FAILURE
+
     def _close(self) -> None:
+        self._add_wrong(self.flaws())
         self.status, self.is_done = self.verdict, True
         self._emit_state()
 

@@ -23,6 +23,7 @@ from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import NodeReader, Signature
 from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.nodes.subtree import TreeNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 
@@ -294,3 +295,8 @@ def _is_link(path: Path) -> bool:
 def all_steps(mission: Mission) -> Iterator[NodeModel]:
     """Yield every step of a mission and of its named trees."""
     return chain.from_iterable(tree.body.walk() for tree in mission.all_trees)
+
+
+def has_python(mission: Mission) -> bool:
+    """Return whether a mission has behaviours of users."""
+    return any(isinstance(step, PythonNode) for step in all_steps(mission))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Collection, Sequence
-from contextlib import ExitStack
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import rclpy
+from rclpy import utilities
 from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.node import Node
@@ -17,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
+from bt_mission.core.clock_watch import ClockWatch, Interrupted, LeftError, refuse_leaving
 from bt_mission.core.dds.publishers import CLOCK, duplicate_publishers
 from bt_mission.core.errors import BtMissionError, callback_failure
 from bt_mission.core.goal_rate import MOST_WAITING
@@ -38,6 +40,9 @@ CLOCK_WAIT_S = 4.0
 standing time without a publisher before it counts as gone. Other participants of Fast DDS announce
 themselves every 3 s, so discovery may take that long.
 """
+
+SEARCH_S = 1.0
+"""Wall time between two searches for a publisher of ``/clock`` that was missing at the start, s."""
 
 LAST_ROUNDS = 20
 """Callbacks that may still run before the connection to a graph is closed."""
@@ -110,6 +115,21 @@ def type_hash_of(node: Node, kind: Any) -> TypeHash:
     return type_hash
 
 
+@contextmanager
+def as_default(context: Context) -> Iterator[None]:
+    """Have rclpy take a context for the default one, unless a program has initialized its own.
+
+    Code of users asks that one: ``rclpy.ok()``, and clocks that sleep.
+    """
+    before = utilities.g_default_context
+    if before is None or not before.ok():
+        utilities.g_default_context = context
+    try:
+        yield
+    finally:
+        utilities.g_default_context = before
+
+
 @dataclass(frozen=True)
 class ProcessNode:
     """A node of this process, whose publishers can be tapped.
@@ -146,8 +166,11 @@ class GraphConnection:
             self.executor = LiveExecutor(context=self.context)
             made.callback(self.executor.shutdown)
             self.has_clock = not wall_clock and self._find_clock()
+            self.lacks_clock = not (wall_clock or self.has_clock)
+            """Whether the clock is that of this machine only because none was published."""
             self._exit = made.pop_all()
         self._since_last_time = Stopwatch()
+        self._since_search = Stopwatch()
         self._seen_ns = 0
         self._ending: tuple[Executive, Stopwatch] | None = None
 
@@ -222,18 +245,27 @@ class GraphConnection:
             node: Whose clock is the mission's.
         """
         try:
-            self.executor.spin_once(timeout_sec=WAIT_S)
-        except Exception as error:
-            if executive is None:
-                raise
-            executive.fail(callback_failure(error))
+            with as_default(self.context):
+                self.executor.spin_once(timeout_sec=WAIT_S)
+        except Interrupted:
+            pass  # by a signal, on which the caller acts
+        except BaseException as error:  # noqa: BLE001 - what ends this process is raised again
+            _fail(executive, error)
         if executive is None:
             self._since_last_time = Stopwatch()
             return
         if self.has_clock:
             self._watch_clock(executive, node)
+        elif self.lacks_clock:
+            self._refuse_late_clock(executive, node)
         if executive.status is MissionStatus.ENDING:
             self._see_to_the_end(executive)
+
+    def watch_users(self) -> ClockWatch:
+        """Watch for code of users that blocks, from now on."""
+        watch = ClockWatch(lambda: self.executor.callbacks_served, is_virtual=False)
+        self._exit.callback(watch.close)
+        return watch
 
     def drain(self) -> None:
         """Let pending results and responses be sent."""
@@ -258,6 +290,17 @@ class GraphConnection:
         self.executor.remove_node(probe)
         return has_clock
 
+    def _refuse_late_clock(self, executive: Executive, node: Node) -> None:
+        """End a mission when ``/clock`` is published after it has begun on another clock."""
+        if self._since_search.elapsed_s < SEARCH_S:
+            return
+        self._since_search = Stopwatch()
+        if node.count_publishers(CLOCK):
+            executive.fail(
+                f"{CLOCK} is published only now: this mission runs on the clock of this machine, "
+                f"so its times are wrong; run it again [BT-918]"
+            )
+
     def _watch_clock(self, executive: Executive, node: Node) -> None:
         """End a mission when the publisher of ``/clock`` has left and time does not move."""
         now_ns = node.get_clock().now().nanoseconds
@@ -266,3 +309,14 @@ class GraphConnection:
             self._since_last_time = Stopwatch()
         elif self._since_last_time.elapsed_s > CLOCK_WAIT_S and not node.count_publishers(CLOCK):
             executive.abandon(f"{CLOCK} has gone: time stands still")
+
+
+def _fail(executive: Executive | None, error: BaseException) -> None:
+    """End a mission as failed by an exception of a callback; without a mission, raise it."""
+    try:
+        refuse_leaving(error)
+    except LeftError as left:
+        error = left
+    if executive is None or not isinstance(error, Exception):
+        raise error
+    executive.fail(callback_failure(error))

@@ -162,6 +162,7 @@ class MissionRunner(MissionRuntime):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
+            self.end_without_node()
             if not self.executive.is_done:
                 why = "its caller has left"
                 self.halt(why if kind is None else f"{why}: {kind.__name__}")
@@ -171,11 +172,13 @@ class MissionRunner(MissionRuntime):
 
     @property
     def status(self) -> MissionStatus:
-        """The state of the mission."""
-        return self.executive.status
+        """The state of the mission; a mission whose node was destroyed has failed."""
+        is_cut_off = not self.executive.is_done and self._is_node_gone
+        return MissionStatus.FAILURE if is_cut_off else self.executive.status
 
     def report(self) -> Report:
-        """Return the report of the run so far."""
+        """Return the report of the run so far; a mission whose node was destroyed has failed."""
+        self.end_without_node()
         executive = self.executive
         now_ns = executive.ended_ns or self.now_ns
         virtual_s = (now_ns - (executive.started_ns or now_ns)) / NS
@@ -267,6 +270,7 @@ class MissionRunner(MissionRuntime):
 
         A running mission is interrupted: its goals are cancelled, and not waited for.
         """
+        self.end_without_node()
         self.executive.interrupt("closed by its caller")
         self.executive.abandon("")
         self._note_end()
@@ -314,7 +318,7 @@ class MissionRunner(MissionRuntime):
         """Take the topics for tools over from an earlier mission on this node that has ended."""
         before = _with_controls.get(id(self.node))
         if before is not None and before.node is self.node:
-            if not before.is_done:
+            if not before.executive.is_done:
                 name = self.node.get_fully_qualified_name()
                 raise BtMissionError(
                     f"mission '{before.mission.name}' runs on {name} and has its topics for tools: "

@@ -68,11 +68,9 @@ class MissionRuntime:
     def is_done(self) -> bool:
         """Whether the mission has ended, with every goal accounted for.
 
-        A mission whose node is destroyed can only fail, which it does here.
+        So has a mission whose node was destroyed: nothing ticks it any more.
         """
-        if not self.executive.is_done and self._is_node_gone:
-            self.executive.abandon("its node was destroyed")
-        return self.executive.is_done
+        return self.executive.is_done or self._is_node_gone
 
     @property
     def now_ns(self) -> int:
@@ -91,6 +89,11 @@ class MissionRuntime:
                 self.explain(self.executive.mission_state.explanation)
         finally:
             self._tick_ns = None
+
+    def end_without_node(self) -> None:
+        """End a mission whose node was destroyed: it can only fail."""
+        if not self.executive.is_done and self._is_node_gone:
+            self.executive.abandon("its node was destroyed")
 
     def variables(self) -> dict[str, Any]:
         """Return the variables, and those of each subtree with its name before them."""

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from bt_mission.ros.mission_runtime import MissionRuntime
 
 
+SPUN_ELSEWHERE = "generator already executing"
+"""The ValueError of an executor of rclpy that another thread spins, and with it the node."""
+
 FIND_WAIT_S = 3.0
 """The limit of the search for servers over another context."""
 
@@ -71,11 +74,12 @@ def _spin(runner: MissionRuntime, executor: Executor, watch: Stopwatch) -> None:
             runner.executive.abandon(f"not every goal had ended after {END_WAIT_S:g} s")
         try:
             executor.spin_once(timeout_sec=WAIT_S)
-        except ValueError:
-            rest(WAIT_S)  # another thread spins this executor, and so the node
         except ExternalShutdownException:
             return
         except Exception as error:  # noqa: BLE001 - what the caller does on its node
+            if isinstance(error, ValueError) and str(error) == SPUN_ELSEWHERE:
+                rest(WAIT_S)
+                continue
             if not executor.context.ok():
                 return  # such as of a timer that was made while ROS was shut down
             runner.executive.abandon(callback_failure(error))

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from bt_mission.core.clock_watch import UNATTENDED_S
 from bt_mission.core.stamps import NS
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.executive.status import MissionStatus
@@ -68,7 +69,7 @@ def look_for_names(scenario: Scenario) -> None:
 
 @contextmanager
 def _on_stage(scenario: Scenario) -> Iterator[Stage]:
-    options = scenario.stage_options
+    options = replace(scenario.stage_options, hold_limit_s=UNATTENDED_S)
     with (
         TemporaryDirectory() as folder,
         scenario.at_its_start(),

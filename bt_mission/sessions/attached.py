@@ -10,11 +10,12 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
-from bt_mission.language.trees import all_steps
-from bt_mission.ros.graph import GraphConnection, NodeOptions
+from bt_mission.language.trees import all_steps, has_python
+from bt_mission.ros.graph import CLOCK_WAIT_S, GraphConnection, NodeOptions
 from bt_mission.ros.journal import open_journal, resumed_mission
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
@@ -78,6 +79,10 @@ class AttachedSession(Session):
             )
             if chosen.journal is not None and chosen.resume:
                 mission = resumed_mission(chosen.journal, mission)
+            self.runs = ()
+            if has_python(mission) or chosen.editable:
+                self.watch = self._graph.watch_users()
+                self.watch.last_words.append(self.leave)
             read = partial(read_revision, permissions=chosen.permissions)
             runner = RunnerOptions(
                 say=say,
@@ -95,6 +100,11 @@ class AttachedSession(Session):
             )
             self._graph.host(self._node)
             OtherMissions(self._node.runner)
+            if self._graph.lacks_clock:
+                self.runner.warn(
+                    f"nothing has published {CLOCK} within {CLOCK_WAIT_S:g} s: the mission runs on "
+                    "the clock of this machine; if that is meant, use --wall-clock"
+                )
             if chosen.journal is not None:
                 journal = open_journal(chosen.journal, mission, self.runner, resume=chosen.resume)
                 made.callback(journal.close)

@@ -15,6 +15,7 @@ from bt_mission.core.errors import BtMissionError, described
 from bt_mission.core.interrupts import TookTooLong, interrupted_after
 from bt_mission.language.mission import NodeFactory
 from bt_mission.language.plugins import PythonError, find_factory
+from bt_mission.ros.graph import as_default
 
 if TYPE_CHECKING:
     from bt_mission.sessions.stage_robot import FleetRobot
@@ -90,13 +91,13 @@ class OwnNodes:
         if namespace:
             options["namespace"] = namespace
         try:
-            with interrupted_after(LONGEST_S):
+            with interrupted_after(LONGEST_S), as_default(self._context):
                 made = function(**options)
         except TookTooLong:
             message = f"{name_of(factory)} did not return within {LONGEST_S:g} s"
             _refuse(factory, message, "it must create and return the node without spinning it")
         except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
-            hint = KEYWORDS if isinstance(error, TypeError) else None
+            hint = KEYWORDS if isinstance(error, TypeError) else _hint_for_commands(error)
             _refuse(factory, f"{name_of(factory)} raised {described(error)}", hint)
         if not isinstance(made, Node):
             message = f"{name_of(factory)} returned {type(made).__name__}; expected an rclpy Node"
@@ -106,6 +107,16 @@ class OwnNodes:
             message = f"{name_of(factory)} created its node in another rclpy context"
             _refuse(factory, message, KEYWORDS)
         return made
+
+
+def _hint_for_commands(error: BaseException) -> str | None:
+    """Return what helps where a node publishes velocity commands of the other type."""
+    text = str(error)
+    if "cmd_vel with incompatible type" not in text:
+        return None
+    is_plain = "TwistStamped" in text
+    taken, other = ("Twist", "stamped") if is_plain else ("TwistStamped", "plain")
+    return f"the robot takes {taken}; have the node publish that, or use --cmd-vel-type {other}"
 
 
 def imported(factory: Factory) -> Callable[..., Any]:

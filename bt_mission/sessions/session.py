@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Self
 
+from bt_mission.core.clock_watch import ClockWatch
+from bt_mission.core.interrupts import name_of
 from bt_mission.core.stamps import NS
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.report import Report, report_on
@@ -141,6 +143,8 @@ class Session:
     runs: tuple[Run, ...]
     world: str | None = None
     image_folder: Path | None = None
+    watch: ClockWatch | None = None
+    """Watches the code of users; None where there is none."""
 
     def __init__(self) -> None:
         self.facts: dict[str, str] = {}
@@ -205,6 +209,14 @@ class Session:
     def add_node(self, node: Node) -> None:
         """Serve another node, too; its owner destroys it."""
         self._serve(node)
+
+    def leave(self) -> None:
+        """End the missions at once, from another thread: a callback does not return."""
+        numbers = self.watch.heard if self.watch else []
+        for run in self.runs:
+            if numbers:
+                run.executive.interrupt(f"interrupted by {name_of(numbers[-1])}")
+            run.executive.abandon("left while a callback did not return")
 
     def drain(self) -> None:
         """Serve what is on its way once the missions have ended."""

@@ -7,7 +7,7 @@ between processes; only the clock is virtual.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
 
@@ -17,12 +17,14 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
+from bt_mission.core.clock_watch import ClockWatch, Interrupted, LeftError, refuse_leaving
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
-from bt_mission.ros.graph import ProcessNode
+from bt_mission.language.trees import has_python
+from bt_mission.ros.graph import ProcessNode, as_default
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions import stage_nature
 from bt_mission.sessions.own_nodes import OwnNodes, imported
@@ -84,6 +86,10 @@ class Stage(Session):
             fit, and where this machine cannot keep virtual time.
     """
 
+    is_stepping = False
+    is_broken = False
+    """Whether an interrupt has left a step in the middle: no step follows it."""
+
     def __init__(
         self,
         mission: Mission | None = None,
@@ -108,22 +114,24 @@ class Stage(Session):
         self._natures = stage_nature.natures(members, self._options, world)
         self_test()
         self.image_folder: Path = free_folder(image_folder)
-        with ExitStack() as made:
+        self.runs: tuple[StageRun, ...] = ()
+        with ExitStack() as made, self._named_holder():
             if self._options.context is not None:
                 self.context = self._options.context
             else:
                 self.context = Context()
                 rclpy.init(context=self.context)
                 made.callback(self.context.shutdown)
-            self.sim = self._make_sim(world, members, models)
+            self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
+            if _has_users_code(members, self._options):
+                made.callback(self._begin_watch().close)
+            self.sim = self.clock.world = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
             own = OwnNodes(self._options.nodes, members, self.context, made)
-            self.runs: tuple[StageRun, ...] = self._make_runs(members, say, own.actions, made)
+            self.runs = self._make_runs(members, say, own.actions, made)
             for run in self.runs:
                 run.executive.started_ns = START_NS
-            self.clock = VirtualTimeExecutor(
-                start_ns=START_NS, world=self.sim, context=self.context
-            )
+                run.executive.flaws = self._flaws
             made.callback(self.clock.shutdown)
             stage_nature.delay(self.clock, self.runs, self._seed)
             self.clock.add_node(self.sim)
@@ -140,7 +148,6 @@ class Stage(Session):
         self.facts["world"] = world.name
         self.facts |= stage_facts(members, self._options, self._natures)
         self.files = files.contents
-        self.is_stepping = False
         self._raised = 0
         self.guests: list[str] = []
         """Names of the nodes that others have added."""
@@ -178,6 +185,7 @@ class Stage(Session):
                 seed=self._seed,
                 start_ns=START_NS,
                 lean=True,
+                command_type=self._options.command_type,
                 has_parameters=self._options.visible,
                 context=self.context,
                 with_map=members[0].mission.map == "known",
@@ -241,9 +249,35 @@ class Stage(Session):
     def add_node(self, node: Node) -> None:
         """Serve a node of the caller on the clock of the stage; its owner destroys it."""
         self.offer_all()
+        self.watch_users()
         self.guests.append(node.get_name())
         self.clock.add_node(node)
         self._exit.callback(self.clock.remove_node, node)
+
+    def watch_users(self) -> None:
+        """Watch for code of users that holds the clock, from now on."""
+        if self.watch is None:
+            self._exit.callback(self._begin_watch().close)
+
+    def _begin_watch(self) -> ClockWatch:
+        limit_s = self._options.hold_limit_s
+        self.watch = ClockWatch(
+            lambda: self.clock.callbacks_served, is_virtual=True, limit_s=limit_s
+        )
+        self.watch.last_words.append(self.leave)
+        return self.watch
+
+    def _flaws(self) -> Sequence[str]:
+        return () if self.watch is None else self.watch.flaws
+
+    @contextmanager
+    def _named_holder(self) -> Iterator[None]:
+        """Name the code of a user that was interrupted while the stage was made."""
+        try:
+            yield
+        except Interrupted:
+            overrun = self.watch.take_overrun() if self.watch else None
+            raise overrun or KeyboardInterrupt from None
 
     def make_node(self, name: str) -> Node:
         """A bare node that takes part, and goes with the stage."""
@@ -289,17 +323,33 @@ class Stage(Session):
         """
         self.is_stepping = True
         try:
-            self.clock.step()
+            with as_default(self.context):
+                self.clock.step()
         except (SimulatorError, DiscoveryError):
             raise
         except Exception as error:  # noqa: BLE001 - callbacks are others', too
             self._end_by(error)
+        except Interrupted:
+            if self.watch is not None and (overrun := self.watch.take_overrun()) is not None:
+                self._end_by(overrun)
+        except BaseException as error:  # noqa: BLE001 - an interrupt is raised again
+            self._end_by_leaving(error)
         finally:
             self.is_stepping = False
         for run in self.runs:
             if not run.record_pose(self.clock.now_ns):
                 raise StageError("the simulation became unstable: the robot's pose is not finite")
         self._call_onlookers()
+
+    def _end_by_leaving(self, error: BaseException) -> None:
+        """End the missions as failed where a user's code would end the process."""
+        try:
+            refuse_leaving(error)
+        except LeftError as left:
+            self._end_by(left)
+        else:
+            self.is_broken = True
+            raise error
 
     def _end_by(self, error: Exception) -> None:
         if self.is_done:
@@ -326,6 +376,12 @@ class Stage(Session):
                     raise
                 self._onlookers.remove(onlooker)
                 self._end_by(error)
+
+
+def _has_users_code(members: Sequence[FleetRobot], options: StageOptions) -> bool:
+    """Return whether code of users takes part, or may do so after a revision."""
+    is_named = any(robot.mission.nodes or has_python(robot.mission) for robot in members)
+    return bool(is_named or options.nodes or options.simulator or options.editable)
 
 
 def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:

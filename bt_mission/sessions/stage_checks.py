@@ -9,8 +9,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
-from bt_mission.language.nodes.leaves import PythonNode
-from bt_mission.language.trees import all_steps
+from bt_mission.language.trees import all_steps, has_python
 from sim.world.loader import load_world
 from sim.world.world import Spawn, World
 
@@ -101,7 +100,7 @@ def _missing_topics(mission: Mission, robot: RobotModel) -> Iterator[Diagnostic]
     from sim.sensors.kinds import sensors_of  # noqa: PLC0415 - MuJoCo takes long
 
     steps = list(all_steps(mission))
-    if mission.nodes or any(isinstance(step, PythonNode) for step in steps):
+    if mission.nodes or has_python(mission):
         return  # these may publish anything
     own = {_plain(step.ros_name) for step in steps if isinstance(step, PublishNode)}
     known = TOPICS | own | {kind.topic for kind in sensors_of(robot)}

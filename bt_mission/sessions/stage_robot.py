@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 from rclpy.context import Context
 from rclpy.node import Node
@@ -21,8 +22,7 @@ from bt_mission.events.events import PoseSampled
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.action import GoalNode
-from bt_mission.language.nodes.leaves import PythonNode
-from bt_mission.language.trees import all_steps
+from bt_mission.language.trees import all_steps, has_python
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
@@ -59,6 +59,9 @@ class StageOptions:
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: The number of obstacles that can appear during the run.
         editable: Take new versions of missions from other processes while they run.
+        command_type: The type of `cmd_vel`: `TwistStamped` ("stamped") or `Twist` ("plain").
+        hold_limit_s: Wall time after which a callback of a user is interrupted, s; None waits for
+            Ctrl-C.
     """
 
     world: str | Path | Document | World | None = None
@@ -75,6 +78,8 @@ class StageOptions:
     context: Context | None = None
     props: int = 0
     editable: bool = False
+    command_type: Literal["stamped", "plain"] = "stamped"
+    hold_limit_s: float | None = None
 
     @property
     def has_tools(self) -> bool:
@@ -157,13 +162,12 @@ class StageRun(Run):
             has_parameters=options.visible,
             context=context,
             namespace=member.name or None,
+            command_type=options.command_type,
             without={*options.without, *_relative(offered, member.name)},
         )
         # Python code may use actions that only its author knows.
-        steps = all_steps(member.mission)
-        has_python = any(isinstance(step, PythonNode) for step in steps)
-        has_nodes = bool(member.mission.nodes or options.nodes)
-        self._offers_all = options.has_tools or bool(member.name) or has_python or has_nodes
+        has_code = bool(member.mission.nodes or options.nodes) or has_python(member.mission)
+        self._offers_all = options.has_tools or bool(member.name) or has_code
         self.servers = self._make_servers()
         self.has_servers = True
         self.mapper: MapperNode | None = None

@@ -9,17 +9,20 @@ import traceback
 from collections.abc import AsyncGenerator, Callable, Iterable
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Protocol, Self
 
+from bt_mission.core.clock_watch import is_main_thread, run_apart, told_by
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_text
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import planned_on
+from bt_mission.language.trees import has_python
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario, stop_at
@@ -143,7 +146,7 @@ class ScenarioWorker:
         watch = Stopwatch()
         try:
             with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-                result = self._run(self.load(scenario), with_coverage=True)
+                result = self._result(self.load(scenario))
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
             row = row_of_error(scenario, "; ".join(fault.message for fault in error.diagnostics))
@@ -154,6 +157,16 @@ class ScenarioWorker:
             place = f"{Path(where.filename).name}:{where.lineno}"
             row = row_of_error(scenario, f"{type(error).__name__} at {place}: {error}")
         return replace(row, versions=fingerprint(), worker=self.name)
+
+    def _result(self, scenario: Scenario) -> ScenarioResult:
+        """Run a scenario; code of users that does not return is left behind in its own thread.
+
+        Its row says what has held the clock.
+        """
+        run = partial(self._run, scenario, with_coverage=True)
+        has_code = scenario.mission.nodes or scenario.simulator or has_python(scenario.mission)
+        with told_by(lambda _: None):
+            return run_apart(run) if has_code and not is_main_thread() else run()
 
     def _for_user(self, text: str) -> str:
         """Return a message with the paths of the user instead of those of the worker's folder."""

@@ -10,6 +10,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
+from bt_mission.core.clock_watch import CONTAINED
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control, seconds
 from bt_mission.executive.report import Report, report_on
@@ -150,8 +151,10 @@ class Run(Assertions):
 
     def do(self, *actions: Action) -> None:
         """Apply actions now."""
-        for action in actions:
-            action(self)
+        self.stage.watch_users()
+        with CONTAINED:
+            for action in actions:
+                action(self)
 
     def at(self, time: float, *actions: Action, may_not_happen: bool = False) -> None:
         """Apply actions at a time: after the measurements of that instant, before all else.
@@ -164,6 +167,7 @@ class Run(Assertions):
         """
         if time < self.t - 1e-9:
             raise ScenarioError(f"{time:g} s is in the past: the run is at {self.t:g} s")
+        self.stage.watch_users()
         pending = PendingActions(actions, f"run.at({time:g}, ...)", may_not_happen=may_not_happen)
         self._pending.append(pending)
         self.stage.clock.call_at(
@@ -337,6 +341,8 @@ class Run(Assertions):
         try:
             if self.status == "running":
                 self.stopped_s = self.t
+            if self.stage.is_broken:
+                self.stage.executive.abandon("the test was interrupted")
             self.stage.executive.interrupt(TIME_IS_UP)
             end = self.t + LIMIT_S
             while not self.is_done and self.t < end:

@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 from rclpy.context import Context
 from rclpy.node import Node
 
+from bt_mission.core.clock_watch import UNATTENDED_S
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.files import find
 from bt_mission.core.nature import NO_NATURE, Nature
@@ -285,7 +286,12 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            **{"props": MOST_OBSTACLES, "default_nature": self.nature, **options},
+            **{
+                "props": MOST_OBSTACLES,
+                "default_nature": self.nature,
+                "hold_limit_s": UNATTENDED_S,
+                **options,
+            },
         )
         made.scripted = {**self.scripted, **scripted_on(made.stage)}
         made.make_node = self.node

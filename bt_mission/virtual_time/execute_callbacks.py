@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
@@ -9,6 +10,7 @@ from rclpy.action import ActionServer
 from rclpy.executors import await_or_execute
 from rclpy.node import Node
 
+from bt_mission.core.clock_watch import CONTAINED, Interrupted, LeftError, refuse_leaving
 from bt_mission.core.diagnostics import describe, quoted
 from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.ros_log import log_of
@@ -50,16 +52,23 @@ class ExecuteCallbacks:
 
         Raises:
             BtMissionError: When the callback returns no result of the action, for which rclpy
-                raises an exception that names neither the node nor the callback.
+                raises an exception that names neither the node nor the callback, or when it would
+                end the process.
+            Interrupted: When the callback was interrupted.
         """
         server: ActionServer = execute_goal.__self__
         expected = server.action_type
-        wrong: BtMissionError | None = None
+        wrong: BtMissionError | Interrupted | None = None
 
         async def result_of(goal: Any) -> Any:
             nonlocal wrong
             try:
-                result = await await_or_execute(callback, goal)
+                result = await await_or_execute(_contained(callback), goal)
+            except (LeftError, Interrupted) as error:  # the goal ends first, then the mission
+                wrong = error
+                if goal.is_active:
+                    goal.abort()
+                return expected.Result()
             except Exception as error:  # noqa: BLE001 - whatever a user's code raises
                 cause = described(error)
                 self._raised[bytes(goal.goal_id.uuid)] = cause
@@ -80,6 +89,25 @@ class ExecuteCallbacks:
         await execute_goal(result_of, goal)
         if wrong:
             raise wrong
+
+
+def _contained(callback: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Return a callback of the same kind that cannot end the process."""
+
+    def call(goal: Any) -> Any:
+        with CONTAINED:
+            return callback(goal)
+
+    async def call_and_await(goal: Any) -> Any:
+        try:
+            return await callback(goal)
+        except GeneratorExit:
+            raise  # of whoever closes the coroutine
+        except BaseException as error:
+            refuse_leaving(error)
+            raise
+
+    return call_and_await if inspect.iscoroutinefunction(callback) else call
 
 
 def _named(callback: Callable[[Any], Any], actions: Sequence[str], node: Node) -> str:

@@ -75,7 +75,8 @@ def ended(process: Process, code: int, number: signal.Signals | None = None) -> 
 
 
 @pytest.mark.parametrize(
-    ("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")]
+    ("number", "name"),
+    [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, "SIGHUP")],
 )
 def test_a_signal_ends_the_mission_with_no_goal_left_behind(
     drive: str, number: signal.Signals, name: str

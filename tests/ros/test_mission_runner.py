@@ -205,5 +205,6 @@ def test_a_node_that_is_destroyed_ends_its_mission(ros: Any, node: Node) -> None
     ros.drop(node)
     assert runner.is_done
     assert str(runner.status) == "failure"
+    assert str(runner.executive.status) == "running", "a look changes nothing"
     assert runner.report().reason.startswith("its node was destroyed; orphaned goals: /turn goal ")
     runner.close()

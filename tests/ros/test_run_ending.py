@@ -110,6 +110,35 @@ def test_what_rclpy_raises_while_ros_is_shut_down_abandons_nothing() -> None:
     executor.shutdown()
 
 
+@pytest.mark.parametrize(
+    ("text", "reasons"),
+    [
+        ("jammed", ["a callback failed: ValueError: jammed (test_run_ending.py:"]),
+        (run_ending.SPUN_ELSEWHERE, []),
+    ],
+)
+def test_a_value_error_of_a_callback_abandons_the_mission(text: str, reasons: list[str]) -> None:
+    """That of an executor which another thread spins does not: the node is spun there."""
+    context = rclpy.Context()
+    context.init()
+    abandoned: list[str] = []
+
+    class Failing(SingleThreadedExecutor):
+        def spin_once(self, timeout_sec: float | None = None) -> None:
+            runner.is_done = True
+            raise ValueError(text)
+
+    runner: Any = SimpleNamespace(
+        is_done=False,
+        executive=SimpleNamespace(cleanups=SimpleNamespace(limit_s=0.0), abandon=abandoned.append),
+    )
+    executor = Failing(context=context)
+    run_ending._spin(runner, executor, Stopwatch())
+    assert [reason[: len(reasons[0])] for reason in abandoned] == reasons
+    executor.shutdown()
+    context.shutdown()
+
+
 def test_goals_that_nobody_confirms_do_not_keep_a_mission_in_a_graph_from_ending(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
+from bt_mission.ros import graph
 from bt_mission.sessions.attached import AttachedSession
 from bt_mission.sessions.load import load
 from bt_mission.testing.live_graph import LOCAL, own_domain
@@ -74,6 +75,26 @@ def test_a_mission_outlives_a_simulator_that_starts_anew(keeper: Keeper) -> None
         assert session.executive.status == "success"
         events = [json.loads(line) for line in session.trace.newest]
         assert [event["jump"] for event in events if event.get("event") == "clock"] == [-1.95]
+
+
+def test_a_mission_that_missed_the_clock_says_so(
+    keeper: Keeper, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It runs on the clock of this machine, and fails when another one is published after all."""
+    monkeypatch.setattr(graph, "CLOCK_WAIT_S", 0.0)
+    monkeypatch.setattr(graph, "SEARCH_S", 0.0)
+    keeper.node.destroy_publisher(keeper.publisher)
+    with AttachedSession(load(WAIT)) as session:
+        assert "nothing has published /clock within" in capfd.readouterr().err
+        session.step()
+        publisher = keeper.node.create_publisher(Clock, "/clock", 10)
+        for _ in range(PATIENCE):
+            session.step()
+            if session.is_done:
+                break
+        assert session.executive.status == "failure"
+        assert "/clock is published only now" in session.executive.reason
+        keeper.node.destroy_publisher(publisher)
 
 
 def test_a_mission_takes_skipped_time_as_passed(keeper: Keeper) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from functools import partial
 from itertools import islice
 from typing import TextIO
@@ -14,6 +15,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
+from bt_mission.core.clock_watch import told_by
 from bt_mission.core.stamps import NS
 from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.text import escape_control, lines_of, seconds
@@ -131,6 +133,7 @@ class LiveView(View):
         self._controls: dict[Run, ControlLines] = {}
         self._trees: list[LiveTree] = []
         self._width = 0
+        self._told = ExitStack()
         self._live = Live(
             console=console,
             auto_refresh=False,
@@ -150,9 +153,11 @@ class LiveView(View):
         if self._capture:
             self._capture.start()
         self._live.start()
+        self._told.enter_context(told_by(self._tell))
 
     def close(self) -> None:
         """Draw for the last time, and give the terminal back."""
+        self._told.close()
         if self._session is not None:
             self._draw()
             self._live.stop()
@@ -173,6 +178,11 @@ class LiveView(View):
         if self._watch.elapsed_s >= self._next_frame_s:
             self._next_frame_s = self._watch.elapsed_s + FRAME_S
             self._draw()
+
+    def _tell(self, line: str) -> None:
+        """Show a line about a callback that holds this thread, at once, from another thread."""
+        self._above.append(Text(clean(line, self.marks), style="bold red"))
+        self._draw()
 
     def _scroll(self, run: Run, text: str) -> None:
         """Have lines scroll by above the picture, with the time since the start."""

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from typing import Generic
 
+from textual import events
+from textual.driver import Driver
+from textual.message import Message
+
+from bt_mission.core.clock_watch import ClockWatch, told_by
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.text import escape_control
 from bt_mission.events.source import ControlRequest, Graph
 from bt_mission.sessions.drive import R, StepDriver, Steps
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp
+from bt_mission.views.tui.view_app import NOTICE_S
+
+LEAVING_KEYS = ("q", "ctrl+c", "ctrl+q")
 
 
 class RunApp(WatchApp, Generic[R]):
@@ -19,17 +30,44 @@ class RunApp(WatchApp, Generic[R]):
         name: The executive that is shown first.
         steps: The running session.
         interrupts: Receives the user's request to leave, as Ctrl-C does without a view.
+        watch: Finds the code of users that holds the thread of this view.
     """
 
     leaving = "stop the mission; twice: at once; after its end: exit"
 
     def __init__(
-        self, graph: Graph, marks: Marks, name: str, steps: Steps[R], interrupts: InterruptSignals
+        self,
+        graph: Graph,
+        marks: Marks,
+        name: str,
+        steps: Steps[R],
+        interrupts: InterruptSignals,
+        watch: ClockWatch | None = None,
     ) -> None:
+        self._watch = watch
         super().__init__(graph, marks, name)
         self._executive = name
         self._step_driver = StepDriver(steps)
         self._interrupts = interrupts
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return Textual's driver, which also leaves while this thread is held."""
+        kind, watch = super().get_driver_class(), self._watch
+        return kind if watch is None else _leaving(kind, watch)
+
+    def _tell(self, line: str) -> None:
+        """Show a line in the last row, from another thread: this one is held."""
+        if self._driver is not None:
+            self._notice, self._notice_until_s = line, self._wall.elapsed_s + NOTICE_S
+            self._driver.write(
+                f"\x1b7\x1b[999;1H\x1b[2K\x1b[1;31m{escape_control(line)}\x1b[0m\x1b8"
+            )
+            self._driver.flush()
+
+    def _give_terminal_back(self) -> None:
+        if self._driver is not None:
+            self._driver.stop_application_mode()
+            self._driver.close()
 
     def on_mount(self) -> None:
         """Subscribe before the first step, and start after the first drawing."""
@@ -73,10 +111,30 @@ class RunApp(WatchApp, Generic[R]):
 
         If the view raises, the mission still ends in an orderly way.
         """
+        if self._watch is not None:
+            self._watch.last_words.insert(0, self._give_terminal_back)
         try:
-            self.run()
+            with told_by(self._tell):
+                self.run()
         finally:
             if self.report is None and not self._interrupts.count:
                 self._interrupts.note("the end of the view")
             report = self._step_driver.finish()
         return report
+
+
+def _leaving(kind: type[Driver], watch: ClockWatch) -> type[Driver]:
+    """Return a driver that sends this process Ctrl-C for the keys of leaving while it is held.
+
+    A terminal in raw mode sends no signal, and the thread that takes the keys is held.
+    """
+
+    class LeavingDriver(kind):  # type: ignore[valid-type,misc]  # known when it is made
+        def process_message(self, message: Message) -> None:
+            is_key = isinstance(message, events.Key) and message.key in LEAVING_KEYS
+            if is_key and watch.is_held:
+                os.kill(os.getpid(), signal.SIGINT)
+            else:
+                super().process_message(message)
+
+    return LeavingDriver
