@@ -18,6 +18,8 @@ def main() -> int:
     codes: list[int] = []
     atexit.register(_leave, codes)  # the first one, which is called last
     try:
+        if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # since Python started
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         from bt_mission.core.memory import spare_collections  # noqa: PLC0415 - it takes a while
 
         spare_collections()

@@ -138,7 +138,7 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
     if options.no_python:
         return Permissions(python="refuse", hint="--no-python was given")
     if getattr(options, "import_python", True):
-        return Permissions()
+        return Permissions(constructs="import_python" in options)
     hint = "--import-python imports it and checks its inputs, --no-python refuses it"
     return Permissions(python="name", hint=hint)
 

@@ -21,6 +21,8 @@ class Permissions:
         folders: The folders from which files may come, links followed; None is any folder.
         includes: May it include files?
         python: What becomes of Python leaves.
+        constructs: Construct the leaves that are imported, to find what their constructors raise. A
+            run does so later.
         hint: What to do about leaves or files that are refused, or leaves that are only named.
         texts: Those of the files that it may include, by name; None reads them from the disk.
     """
@@ -28,6 +30,7 @@ class Permissions:
     folders: tuple[Path, ...] | None = None
     includes: bool = True
     python: PythonUse = "import"
+    constructs: bool = False
     hint: str | None = None
     texts: Mapping[str, str] | None = None
 

@@ -121,13 +121,14 @@ def as_default(context: Context) -> Iterator[None]:
 
     Code of users asks that one: ``rclpy.ok()``, and clocks that sleep.
     """
-    before = utilities.g_default_context
+    defaults: Any = utilities
+    before = defaults.g_default_context
     if before is None or not before.ok():
-        utilities.g_default_context = context
+        defaults.g_default_context = context
     try:
         yield
     finally:
-        utilities.g_default_context = before
+        defaults.g_default_context = before
 
 
 @dataclass(frozen=True)

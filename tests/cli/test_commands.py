@@ -112,6 +112,19 @@ def test_check_imports_python_leaves_where_told_to(cli: CommandLine) -> None:
     assert Path("ran").exists()
 
 
+def test_check_constructs_python_leaves_that_it_imports(cli: CommandLine) -> None:
+    """What the constructor raises has its place in the mission, and in the file."""
+    cli.write(
+        "leaf.py",
+        "from py_trees.behaviour import Behaviour\n\nclass Leaf(Behaviour):\n"
+        "    def __init__(self, name):\n        raise OSError('no camera')\n",
+    )
+    cli.write("m.yaml", "mission: m\ntree: {python: 'leaf.py:Leaf'}\n")
+    cli("check m.yaml")
+    raised = "Leaf('Leaf') raised OSError: no camera (leaf.py:5)"
+    assert f"m.yaml:2:16: error: {raised}" in cli.refused("check --import-python m.yaml")
+
+
 @pytest.mark.parametrize(
     ("files", "is_terminal", "is_shown"),
     [

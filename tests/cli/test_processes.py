@@ -17,6 +17,7 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
 from bt_mission.core.interrupts import SAME_WISH_S
+from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import PATIENCE_S, read_until, started
 
@@ -88,6 +89,55 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
         rest = ended(process, 130, number)
     assert f"drive: interrupted by {name}" in rest
     assert "0 orphaned" in rest
+
+
+STUCK = """\
+import ctypes
+from py_trees.behaviour import Behaviour
+
+class Stuck(Behaviour):
+    def update(self):
+        lib, mutex = ctypes.CDLL(None), ctypes.create_string_buffer(64)
+        lib.pthread_mutex_lock(mutex)
+        lib.pthread_mutex_lock(mutex)
+"""
+LOOPS = """\
+from py_trees.behaviour import Behaviour
+
+class Stuck(Behaviour):
+    def update(self):
+        while True:
+            pass
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "number", "left"),
+    [(LOOPS, signal.SIGINT, False), (STUCK, signal.SIGTERM, True)],
+    ids=["loop", "C"],
+)
+def test_a_signal_ends_a_run_whose_thread_is_held(
+    write: Write,
+    code: str,
+    number: signal.Signals,
+    left: bool,  # noqa: FBT001 - of the table
+) -> None:
+    """By an exception in the callback; without the thread if that does not return from C."""
+    write("leaf.py", code)
+    path = write(
+        "held.yaml",
+        "mission: held\nworld: empty_arena\ntree:\n  sequence:\n    - wait: 0.1\n"
+        '    - python: "leaf.py:Stuck"\n',
+    )
+    recording = Path(path).with_name("held.mcap")
+    with started("run", path, "--plain", "--record", str(recording)) as process:
+        read_until(process, "Stuck.update (leaf.py:")
+        rest = ended(process, 143 if left else 130, number)
+    assert ("does not return: leaving without it" in rest) == left
+    name = "SIGTERM" if left else "Ctrl-C"
+    assert f"held: interrupted by {name}" in rest
+    assert "0 orphaned" in rest
+    assert read_run(recording).summary["status"] == "interrupted"
 
 
 @pytest.mark.parametrize(("count", "seconds"), [(1, 1), (2, 3600)])

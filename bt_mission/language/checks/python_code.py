@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from py_trees.behaviour import Behaviour
+
+from bt_mission.core.clock_watch import CONTAINED
 from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
+from bt_mission.core.errors import described
 from bt_mission.core.yaml.document import Document, Key
 from bt_mission.language.checks.scope import Variables, expression_diagnostics
 from bt_mission.language.expressions.expression import Expression
@@ -54,6 +58,16 @@ def _code_diagnostics(
         yield document.diagnostic("BT-217", path, message, permissions.hint, severity="warning")
 
 
+def _construct(kind: type[Behaviour], name: str) -> None:
+    """Construct a leaf. Raises PythonError with what its constructor raises."""
+    try:
+        with CONTAINED:
+            kind(name)
+    except Exception as error:
+        what = f"{kind.__name__}({name!r}) raised {described(error)}"
+        raise PythonError("BT-913", what) from error
+
+
 def leaf_diagnostics(
     tree: Tree, node: PythonNode, permissions: Permissions, variables: Variables
 ) -> Iterator[Diagnostic]:
@@ -65,6 +79,8 @@ def leaf_diagnostics(
         return
     try:
         kind = find_class(node.target, document.file)
+        if permissions.constructs:
+            _construct(kind, node.label)
     except PythonError as error:
         yield document.diagnostic(error.code, place, error.message, error.hint)
         return
