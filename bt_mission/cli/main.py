@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import io
 import os
 import signal
@@ -75,19 +76,27 @@ def _run(arguments: Sequence[str] | None) -> int:
         _write_into_nothing()  # whoever read our output has left; there is nobody to tell
         return INTERRUPTED
     except Exception as error:  # a fault of ours or of the machine: a line instead of a traceback
-        if isinstance(error, OSError) and error.filename == STANDARD_OUTPUT:
-            _write_into_nothing()
-            print(f"cannot write {STANDARD_OUTPUT}: {error.strerror}", file=sys.stderr)
-            return BAD_INPUT
         if os.environ.get(TRACEBACK):
             raise
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
-        print(
-            f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows the traceback",
-            file=sys.stderr,
-        )
-        return MISSION_FAILED
+        return _report_unexpected(error)
     return code
+
+
+def _report_unexpected(error: Exception) -> int:
+    """Print an unexpected error in a line; gives the exit code."""
+    if isinstance(error, OSError) and error.errno == errno.EIO:
+        _write_into_nothing()  # the terminal was closed
+        return INTERRUPTED
+    if isinstance(error, OSError) and error.filename == STANDARD_OUTPUT:
+        _write_into_nothing()
+        print(f"cannot write {STANDARD_OUTPUT}: {error.strerror}", file=sys.stderr)
+        return BAD_INPUT
+    print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    print(
+        f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows the traceback",
+        file=sys.stderr,
+    )
+    return MISSION_FAILED
 
 
 def _run_command(parser: Parser, arguments: Sequence[str] | None) -> int:

@@ -93,7 +93,7 @@ def serve(options: argparse.Namespace) -> int:
     from bt_mission.views.terminal.views import ServedLines
 
     def say(text: str) -> None:
-        with suppress(BrokenPipeError):  # missions are carried out for their clients
+        with suppress(OSError):  # a closed output: missions are carried out for their clients
             print(text, flush=True)
 
     recordings = ServedRecordings(options.record, say) if options.record else None

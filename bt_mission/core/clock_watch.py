@@ -4,7 +4,7 @@ Everything runs on one thread, which stands still while a callback of somebody e
 loops or waits: a node under ``nodes:``, a Python leaf, an action of a test. That thread cannot see
 itself stand still, nor can virtual time. So this module is the one exception to two rules: it
 starts a thread, and measures wall time. The thread only looks. It runs while a session has code of
-users, and its looks take 0.3 % of the time.
+users, and its looks take less than 1 % of the time.
 
 A look reads the stack of the watched thread and its state in the kernel. A stack says whose code
 runs, so that calls of callbacks cost nothing. A state says whether the thread waits or computes:
@@ -141,7 +141,7 @@ def callback_in(frame: FrameType | None) -> Holder | None:
     stack within a debugger shows none: a person holds the clock.
     """
     inner: list[FrameType] = []
-    found: list[FrameType] = []
+    callback: list[FrameType] = []
     while frame is not None:
         owner = _owner(frame.f_code.co_filename)
         if owner == "debugger":
@@ -150,11 +150,13 @@ def callback_in(frame: FrameType | None) -> Holder | None:
             inner.append(frame)
             caller = _owner(frame.f_back.f_code.co_filename) if frame.f_back else ""
             if caller == "caller" or (owner == "user" and caller == "ours"):
-                found = list(inner)
+                callback = list(inner)
         frame = frame.f_back
-    if not found:
+    if not callback:
         return None
-    written = [frame for frame in found if _owner(frame.f_code.co_filename) == "user"] or found[-1:]
+    written = [
+        frame for frame in callback if _owner(frame.f_code.co_filename) == "user"
+    ] or callback[-1:]
     code = written[-1].f_code
     name = getattr(code, "co_qualname", code.co_name).replace("<locals>.", "")
     return Holder(name, f"{Path(written[0].f_code.co_filename).name}:{written[0].f_lineno}")
@@ -176,7 +178,7 @@ def refuse_leaving(error: BaseException) -> None:
     if isinstance(error, Exception | Interrupted | TookTooLong):
         return
     if isinstance(error, KeyboardInterrupt):
-        is_theirs = bool(_hearing) and not _hearing[0].heard
+        is_theirs = bool(_hearing) and not _hearing[0].signals
     else:
         file = getattr(sys.modules.get(type(error).__module__), "__file__", None)
         is_theirs = isinstance(error, SystemExit | GeneratorExit) or (
@@ -241,15 +243,15 @@ class ClockWatch:
         self._is_main = is_main_thread()
         self._state = os.open(f"/proc/self/task/{threading.get_native_id()}/stat", os.O_RDONLY)
         self._clock = time.pthread_getcpuclockid(self._thread)
-        self._found: dict[str, Holder] = {}
-        self._told: set[tuple[str, str]] = set()
+        self._holders: dict[str, Holder] = {}
+        self._lines: set[tuple[str, str]] = set()
         self._overrun: Holder | None = None
         self._call: tuple[int, str] | None = None
         self._since = self._since_look = Stopwatch()
         self._since_urge: Stopwatch | None = None
         self._waited_s = self._held_s = 0.0
         self._own_s, self._all_s = time.clock_gettime(self._clock), time.process_time()
-        self.heard: list[int] = []
+        self.signals: list[int] = []
         """The signals so far, by number."""
         self._since_signal: Stopwatch | None = None
         self._wishes = 0
@@ -292,7 +294,7 @@ class ClockWatch:
             return ()
         return tuple(
             f"the times are wrong: {holder} held the clock [{HeldClockError.code}]"
-            for holder in self._found.values()
+            for holder in self._holders.values()
         )
 
     # ---- inside --------------------------------------------------------------------------
@@ -321,8 +323,10 @@ class ClockWatch:
             last = self._since_signal
             if number not in SIGNALS:
                 continue
-            is_same = last is not None and self.heard[-1] == number and last.elapsed_s < SAME_WISH_S
-            self.heard.append(number)
+            is_same = (
+                last is not None and self.signals[-1] == number and last.elapsed_s < SAME_WISH_S
+            )
+            self.signals.append(number)
             if not is_same:
                 self._since_signal = Stopwatch()
                 self._wishes += 1
@@ -350,7 +354,7 @@ class ClockWatch:
         """Name a callback that holds the clock, once in each way."""
         does_wait = self._is_virtual and self._waited_s >= WAITED_S
         if does_wait or self._held_s >= HELD_S:
-            self._found.setdefault(holder.callback, holder)
+            self._holders.setdefault(holder.callback, holder)
         if self._since.elapsed_s >= HELD_S:
             held = "holds the clock; virtual time stands still while it runs"
             blocked = "blocks the mission; nothing else happens while it runs"
@@ -359,8 +363,8 @@ class ClockWatch:
             self._tell(holder, "waits for the wall clock; virtual time stands still meanwhile")
 
     def _tell(self, holder: Holder, what: str) -> None:
-        if (holder.callback, what) not in self._told:
-            self._told.add((holder.callback, what))
+        if (holder.callback, what) not in self._lines:
+            self._lines.add((holder.callback, what))
             _say[-1](f"{holder} {what}")
 
     def _limit(self, holder: Holder) -> None:
@@ -395,7 +399,7 @@ class ClockWatch:
         speaker = threading.Thread(target=self._speak_last, daemon=True)
         speaker.start()
         speaker.join(LAST_WORDS_S)
-        os._exit(128 + self.heard[-1] if self.heard else 1)
+        os._exit(128 + self.signals[-1] if self.signals else 1)
 
     def _speak_last(self) -> None:
         for call in self.last_words:

@@ -212,7 +212,7 @@ class Session:
 
     def leave(self) -> None:
         """End the missions at once, from another thread: a callback does not return."""
-        numbers = self.watch.heard if self.watch else []
+        numbers = self.watch.signals if self.watch else []
         for run in self.runs:
             if numbers:
                 run.executive.interrupt(f"interrupted by {name_of(numbers[-1])}")

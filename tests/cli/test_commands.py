@@ -117,7 +117,8 @@ def test_check_constructs_python_leaves_that_it_imports(cli: CommandLine) -> Non
     cli.write(
         "leaf.py",
         "from py_trees.behaviour import Behaviour\n\nclass Leaf(Behaviour):\n"
-        "    def __init__(self, name):\n        raise OSError('no camera')\n",
+        "    def __init__(self, name):\n        raise OSError('no camera')\n\n"
+        "    def update(self):\n        pass\n",
     )
     cli.write("m.yaml", "mission: m\ntree: {python: 'leaf.py:Leaf'}\n")
     cli("check m.yaml")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
+from rclpy import utilities
 
 from bt_mission.core.clock_watch import LeftError, callback_in, refuse_leaving, told_by
 from bt_mission.core.diagnostics import InputError
@@ -224,6 +224,7 @@ class Server(Node):
 
 def test_a_node_drives_by_plain_twists_where_the_stage_takes_them(tmp_path: Path) -> None:
     """Otherwise the error says what to do. The context of the stage is rclpy's default one."""
+    before = utilities.g_default_context
     path = written(tmp_path, "beat", "pass")
     (tmp_path / "server.py").write_text(TWIST, encoding="utf-8")
     path.write_text(CALLS.partition("tree:")[0] + "tree: {wait: 2}\n", encoding="utf-8")
@@ -232,7 +233,7 @@ def test_a_node_drives_by_plain_twists_where_the_stage_takes_them(tmp_path: Path
     assert report.distance_travelled_m == pytest.approx(0.37, abs=0.05)
     with pytest.raises(InputError, match=r"takes TwistStamped; .* --cmd-vel-type plain"):
         ran(path)
-    assert not rclpy.ok()
+    assert utilities.g_default_context is before
 
 
 # ---- the process is to end -------------------------------------------------------------------

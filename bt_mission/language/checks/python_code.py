@@ -58,14 +58,16 @@ def _code_diagnostics(
         yield document.diagnostic("BT-217", path, message, permissions.hint, severity="warning")
 
 
-def _construct(kind: type[Behaviour], name: str) -> None:
-    """Construct a leaf. Raises PythonError with what its constructor raises."""
+def _construction_diagnostics(
+    kind: type[Behaviour], node: PythonNode, document: Document
+) -> Iterator[Diagnostic]:
+    """Construct a leaf; yield what its constructor raises."""
     try:
         with CONTAINED:
-            kind(name)
-    except Exception as error:
-        what = f"{kind.__name__}({name!r}) raised {described(error)}"
-        raise PythonError("BT-913", what) from error
+            kind(node.label)
+    except Exception as error:  # noqa: BLE001 - whatever a user's code raises
+        message = f"{kind.__name__}({node.label!r}) raised {described(error)}"
+        yield document.diagnostic("BT-913", (*node.path, "python"), message)
 
 
 def leaf_diagnostics(
@@ -79,11 +81,11 @@ def leaf_diagnostics(
         return
     try:
         kind = find_class(node.target, document.file)
-        if permissions.constructs:
-            _construct(kind, node.label)
     except PythonError as error:
         yield document.diagnostic(error.code, place, error.message, error.hint)
         return
+    if permissions.constructs:
+        yield from _construction_diagnostics(kind, node, document)
     attributes = attributes_of(kind)
     known = listed(attributes) if attributes else "none"
     for key, names in (("inputs", node.inputs), ("outputs", node.outputs)):

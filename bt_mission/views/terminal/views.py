@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 from itertools import islice
 from typing import TextIO
@@ -133,7 +133,7 @@ class LiveView(View):
         self._controls: dict[Run, ControlLines] = {}
         self._trees: list[LiveTree] = []
         self._width = 0
-        self._told = ExitStack()
+        self._clock_lines = ExitStack()
         self._live = Live(
             console=console,
             auto_refresh=False,
@@ -153,17 +153,18 @@ class LiveView(View):
         if self._capture:
             self._capture.start()
         self._live.start()
-        self._told.enter_context(told_by(self._tell))
+        self._clock_lines.enter_context(told_by(self._tell))
 
     def close(self) -> None:
         """Draw for the last time, and give the terminal back."""
-        self._told.close()
-        if self._session is not None:
-            self._draw()
-            self._live.stop()
-        if self._capture:
-            for line in self._capture.stop():
-                self.console.print(Text.from_ansi(line))
+        self._clock_lines.close()
+        with suppress(OSError):  # of a terminal that was closed; the run still saves its files
+            if self._session is not None:
+                self._draw()
+                self._live.stop()
+            if self._capture:
+                for line in self._capture.stop():
+                    self.console.print(Text.from_ansi(line))
 
     def on_event(self, run: Run, event: Event) -> None:
         """Show an event as a line that scrolls by; the tree is drawn in any case."""

@@ -83,6 +83,9 @@ class RunApp(WatchApp, Generic[R]):
         if self.report is None:  # a step has raised an exception, which `run_to_the_end` raises
             self.exit()
             return
+        if self._interrupts.signal:
+            self.exit()  # nobody may be there to leave: the terminal may have been closed
+            return
         self.look()
         self.show_notice("the mission has ended; q exits")
 
