@@ -345,8 +345,8 @@ class Stage(Session):
         """End the missions as failed where a user's code would end the process."""
         try:
             refuse_leaving(error)
-        except LeftError as left:
-            self._end_by(left)
+        except LeftError as error_of_user:
+            self._end_by(error_of_user)
         else:
             self.is_broken = True
             raise error

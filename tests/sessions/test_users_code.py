@@ -114,9 +114,9 @@ def ran(path: Path, **options: Any) -> Report:
 @pytest.fixture
 def lines() -> Iterator[list[str]]:
     """What people are told about the clock."""
-    told: list[str] = []
-    with told_by(told.append):
-        yield told
+    printed: list[str] = []
+    with told_by(printed.append):
+        yield printed
 
 
 @pytest.mark.parametrize(
