@@ -20,6 +20,7 @@ from bt_mission.core.files import (
     shipped_folders,
     text_to_look_at,
 )
+from bt_mission.core.user_files import files_beside
 from bt_mission.core.yaml.document import read
 
 LISTED: tuple[Kind, ...] = ("missions", "worlds", "robots")
@@ -110,6 +111,10 @@ def files_of(path: Path) -> list[Path]:
             names = [str(Path(each, name)) for name in _MODEL_FILE.findall(text) for each in below]
         else:
             names = list(_named_files(read(file).data)) if file.suffix in SUFFIXES else []
+            if file.suffix == ".py":
+                names = [
+                    str(other.relative_to(folder)) for other in files_beside(folder / file.name)
+                ]
         for name in names:
             beside = folder / name
             if is_file(beside) and beside.resolve() not in files:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import inspect
-import sys
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -15,6 +13,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import HintedError
+from bt_mission.core.user_files import load_file
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.permissions import is_within
 
@@ -173,19 +172,10 @@ def _leaf_file(where: str, file: str) -> Path:
 
 
 def _from_file(where: str, path: Path) -> Any:
-    key = f"bt_mission_leaf_{path.with_suffix('').as_posix().strip('/').replace('/', '_')}"
-    if key not in sys.modules:
-        spec = importlib.util.spec_from_file_location(key, path)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[key] = module
-        try:
-            spec.loader.exec_module(module)
-        except (Exception, SystemExit) as error:  # whatever a user's module raises
-            del sys.modules[key]
-            raise PythonError("BT-215", f"{where} {_why(error)}") from error
-    return sys.modules[key]
+    try:
+        return load_file(path)
+    except (Exception, SystemExit) as error:  # whatever a user's module raises
+        raise PythonError("BT-215", f"{where} {_why(error)}") from error
 
 
 def _behaviour(member: Any, target: str) -> type[Behaviour]:

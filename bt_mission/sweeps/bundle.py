@@ -17,6 +17,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.file_index import files_of
 from bt_mission.core.files import contents_of, find, folders
 from bt_mission.core.output import make_folder_of, within, write_file
+from bt_mission.core.user_files import files_beside
 from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.leaves import PythonNode
@@ -140,6 +141,8 @@ def python_files(
 ) -> Iterator[tuple[Path, str]]:
     """Yield the Python files of leaves and nodes, each with the name by which it is written.
 
+    With those beside them that they import.
+
     Modules and plug-ins are installed.
     """
     leaves = [step.target for step in all_steps(mission) if isinstance(step, PythonNode)]
@@ -150,7 +153,10 @@ def python_files(
     for file, target in written:
         name, _, _ = target.rpartition(":")
         if name.endswith(".py"):
-            yield Path(file).resolve().parent / name, name
+            path = Path(file).resolve().parent / name
+            yield path, name
+            for other in files_beside(path):
+                yield other, Path(name).parent.joinpath(other.relative_to(path.parent)).as_posix()
 
 
 def _read(path: Path) -> str:
