@@ -24,6 +24,7 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import MISSIONS, PLAIN, RUNS, format_of, refuse_other_formats
 from bt_mission.core.files import docs_folder, is_scenario, kind_of
 from bt_mission.core.text import counted
 
@@ -143,10 +144,6 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
     return Permissions(python="name", hint=hint)
 
 
-_PLAIN = frozenset(("world", "robot", "requirements", "ranges"))
-"""Kinds of file that hold no mission."""
-
-
 def check_files(options: argparse.Namespace) -> int:
     """Print every diagnostic of every file, or that it is valid; the exit code is the worst."""
     each = [argparse.Namespace(**vars(options), file=file) for file in options.files]
@@ -154,8 +151,8 @@ def check_files(options: argparse.Namespace) -> int:
         return _check_for_programs(each)
     codes = [_check_file(of_file) for of_file in each]
     if len(codes) > 1:
-        kinds = {kind_of(mission_file(of_file)) for of_file in each}
-        what = "missions" if kinds == {"mission"} else "files"
+        kinds = {format_of(mission_file(of_file)) for of_file in each}
+        what = "missions" if kinds <= {*MISSIONS, None} else "files"
         print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are valid")
     return max(codes)
 
@@ -238,13 +235,14 @@ def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load and check a file; names in a scenario's faults are looked for on its stage."""
+    refuse_other_formats(mission_file(options), (*RUNS, *PLAIN))
     kind = kind_of(mission_file(options))
     refuse_for_kind(options, kind)
     if kind == "ranges":
         from bt_mission.sweeps.ranges import check_ranges
 
         return check_ranges(mission_file(options))
-    if kind in _PLAIN:
+    if kind in PLAIN:
         from bt_mission.sessions.file_checks import CHECKS
 
         return CHECKS[kind](mission_file(options), options.robot, options.world)
@@ -364,6 +362,7 @@ COMMANDS = {
             MISSION.but(
                 form="files file",
                 nargs="+",
+                takes=(),
                 type=Path,
                 help="files of missions, scenarios, fleets, worlds, robots, requirements or "
                 "ranges (the content decides), XML files of Groot 2, or names of shipped missions",
@@ -385,7 +384,7 @@ COMMANDS = {
                 "also check that the running ROS graph has the mission's actions, services and "
                 "topics, and that its servers accept the mission's goals",
                 not_for=each(
-                    *_PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
+                    *PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
                 ),
             ),
             Option(
@@ -395,7 +394,7 @@ COMMANDS = {
                 "list' and its like",
                 type=Path,
                 not_for=each(
-                    *_PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
+                    *PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
                 ),
                 excludes=each("against", why="it compares with the running graph"),
             ),

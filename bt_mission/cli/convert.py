@@ -10,6 +10,7 @@ from bt_mission.cli.options import FORCE, MISSION, mission_file, write_output
 from bt_mission.cli.outputs import refuse_overwritten
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import MISSIONS
 
 DESCRIPTION = """\
 Converts a mission from YAML to XML in the format of BehaviorTree.CPP 4, which Groot 2 shows and
@@ -62,6 +63,7 @@ COMMANDS = {
                 help="the mission: a YAML or an XML file, or the name of a shipped one",
                 nargs="?",
                 completes="missions",
+                takes=MISSIONS,
             ),
             Option("-o --output OUTPUT", "file to write (default: standard output)", output_file),
             FORCE,

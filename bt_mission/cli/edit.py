@@ -11,6 +11,7 @@ from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.parser import Command, Option
 from bt_mission.cli.web import edit_server, page_options, require_server
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import PLAIN, RUNS
 from bt_mission.core.files import SUFFIXES
 
 EPILOG = """\
@@ -61,6 +62,7 @@ COMMANDS = {
                 "file",
                 "a YAML file, also a new one, or a folder (default: this folder)",
                 type=Path,
+                takes=(*RUNS, *PLAIN, "site", "parameters"),
                 nargs="?",
                 default=Path(),
                 check=partial(require_server, "bt-mission edit"),

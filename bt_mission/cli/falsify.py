@@ -31,6 +31,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.workers import WORKER_OPTIONS, base_changes, is_alone, pool_for, require_dask
+from bt_mission.core.file_kinds import RUNS
 from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
@@ -287,7 +288,7 @@ def _search_notes(state: SearchState) -> list[str]:
 def _smallest(smallest: tuple[float, str]) -> str:
     """Return the smallest margin in words."""
     share, name = smallest
-    return f"smallest margin {share:.0%} of the usual one ('{name}')"
+    return f"nearest to a violation: '{name}', {share:.0%} of its usual margin"
 
 
 def _tell_search(session: SearchSession, folder: Path, options: argparse.Namespace) -> int:
@@ -493,6 +494,7 @@ COMMANDS = {
                 "--reference GOOD.yaml",
                 "a correct mission; scenarios that also break this one do not count",
                 input_file,
+                takes=RUNS,
                 excludes=_NOT_COVERED,
             ),
             Option(
@@ -502,7 +504,12 @@ COMMANDS = {
                 1,
                 excludes=_NOT_COVERED,
             ),
-            Option("--within RANGES.yaml", "a file with the ranges of what varies", input_file),
+            Option(
+                "--within RANGES.yaml",
+                "a file with the ranges of what varies",
+                input_file,
+                takes=("ranges",),
+            ),
             Option(
                 "--strategy",
                 f"method of choosing scenarios (default: {STRATEGIES[0]})",

@@ -31,6 +31,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import web_options
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import MISSIONS
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.python_process import python_command, python_environment
 
@@ -279,6 +280,7 @@ COMMANDS = {
                 "after the fork",
                 input_file,
                 completes="missions",
+                takes=MISSIONS,
             ),
             REQUIRE,
             FAULT,

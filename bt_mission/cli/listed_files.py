@@ -17,6 +17,7 @@ from bt_mission.cli.options import FORCE, JSON, write_output
 from bt_mission.cli.outputs import refuse_existing
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import RUNS
 from bt_mission.core.files import SUFFIXES, Kind, contents_of
 from bt_mission.core.text import columns
 
@@ -31,6 +32,7 @@ examples:
 
 A file in ./{kind} replaces the shipped one of the same name.
 """
+_TAKES = {"missions": RUNS, "worlds": ("world",), "robots": ("robot",)}
 EXAMPLES = {"missions": "explore", "worlds": "empty_arena", "robots": "waffle"}
 
 
@@ -156,6 +158,7 @@ def _command(kind: Kind, completes: str) -> Command:
                 "name",
                 f"its name, as listed by `bt-mission {kind}`, or its path",
                 completes=completes,
+                takes=_TAKES[kind],
             ),
             Option("to", f"folder, or file to write (default: ./{kind})", Path, nargs="?"),
             FORCE,

@@ -14,6 +14,7 @@ from typing import Any
 
 from bt_mission.cli.commands import Commands
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
+from bt_mission.cli.inputs import settle_inputs
 from bt_mission.cli.outputs import refuse_outputs
 from bt_mission.cli.parser import Parser, refuse_contradictions
 from bt_mission.cli.ros_arguments import split
@@ -105,6 +106,7 @@ def _run_command(parser: Parser, arguments: Sequence[str] | None) -> int:
         options = _parsed(parser, arguments)
         refuse_contradictions(options)
         refuse_outputs(options)
+        settle_inputs(options)
         with _leaving_at_once() if options.leaves_at_once else nullcontext():
             code = int(options.command(options))
     except SystemExit:  # after a help text, for example
@@ -148,17 +150,33 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
     if getattr(options, "takes_ros_args", False):
         options.ros_args = for_ros
     elif for_ros:
-        parser.error("--ros-args: this command starts no node")
+        options.parser.error(
+            "--ros-args: this command takes no ROS arguments; give them to the nodes (bt-mission "
+            "sim, servers, mapper, arbiter); the namespace of a mission is --namespace"
+        )
     if not hasattr(options, "command"):
         options.parser.lead_on(rest)
     words = [option for option in options.parser.options if not option.flags][1:]
     late = words[-1] if words and words[-1].nargs == "?" else None
     is_word = len(rest) == 1 and (rest[0] == "-" or not rest[0].startswith("-"))
+    if is_word and not late:
+        _shift(options, rest)
     if late and is_word and not late.is_given(options):
         setattr(options, late.attribute, (late.type or str)(rest.pop()))
     if rest:
         options.parser.refuse(rest)
     return options
+
+
+def _shift(options: Any, rest: list[str]) -> None:
+    """Move a word that was taken for the second one to the first, where that is optional."""
+    words = [option for option in options.parser.options if not option.flags]
+    if len(words) < 2 or words[0].nargs != "?" or words[0].is_given(options):
+        return
+    first, second = words[:2]
+    given = getattr(options, second.attribute)
+    setattr(options, first.attribute, (first.type or str)(str(given)))
+    setattr(options, second.attribute, (second.type or str)(rest.pop()))
 
 
 def _write_into_nothing() -> None:

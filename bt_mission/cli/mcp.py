@@ -52,6 +52,7 @@ def site_option(what: str) -> Option:
         "--site SITE.yaml",
         "the file of the site: robot, world, requirements, approvers",
         input_file,
+        takes=("site",),
         page="agents",
         check=partial(require_agents, what),
     )

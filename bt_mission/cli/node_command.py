@@ -116,7 +116,9 @@ _REAL = Option(
 )
 _WALL_CLOCK = WALL_CLOCK.but(help="use this machine's clock instead of /clock")
 _WALL_CLOCK_REAL = WALL_CLOCK.but(help=f"{_WALL_CLOCK.help}, as with a real robot")
-_PARAMETERS = Option("--params FILE", "ROS parameter file", completes="parameters")
+_PARAMETERS = Option(
+    "--params FILE", "ROS parameter file", completes="parameters", takes=("parameters",)
+)
 
 
 def _node(function: Any, description: str, *options: Option) -> Command:

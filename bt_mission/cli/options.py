@@ -14,6 +14,7 @@ from bt_mission.core.dds.discovery import isolate, restrict_discovery
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import RECORDINGS, RUNS
 from bt_mission.core.files import look_deeper, look_for, other_suffix
 from bt_mission.core.nature import PROFILES, Nature
 from bt_mission.core.output import write_file
@@ -30,6 +31,7 @@ MISSION = Option(
     "one",
     input_file,
     completes="runs",
+    takes=RUNS,
 )
 SET = Option(
     "--set NAME=VALUE",
@@ -43,12 +45,14 @@ WORLD = Option(
     "--world WORLD",
     "name or file of a world; replaces the mission's",
     completes="worlds",
+    takes=("world",),
     excludes=each("attach", why=_OF_ITS_GRAPH),
 )
 ROBOT = Option(
     "--robot ROBOT",
     "name or file of a robot; replaces the mission's",
     completes="robots",
+    takes=("robot",),
     excludes=each("attach", why=_OF_ITS_GRAPH),
     not_for=each("fleet", why="write it into the fleet's file"),
 )
@@ -69,9 +73,10 @@ SIMULATOR = Option(
 )
 REQUIRE = Option(
     "--require FILE",
-    "a YAML file with more requirements; may be repeated",
+    "a YAML file with more requirements, or a mission with some; may be repeated",
     input_file,
     repeats=True,
+    takes=("requirements", "mission"),
 )
 FAULT = Option(
     "--fault FAULT",
@@ -90,7 +95,7 @@ AT = Option("--at S", "", seconds)
 PLAIN = Option("--plain", "print plain lines, even to a terminal")
 JSON = Option("--json", "print one JSON object at the end")
 FORCE = Option("--force", "overwrite existing files")
-RECORDING = Option("file", "a recording of `bt-mission run --record`", input_file)
+RECORDING = Option("file", "a recording of `bt-mission run --record`", input_file, takes=RECORDINGS)
 IMAGES = Option("--images IMAGES", "", Path, Path("images"), completes="folders")
 
 NETWORK = Option(

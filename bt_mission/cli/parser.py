@@ -13,10 +13,12 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
+from pathlib import Path
 from typing import Any, NoReturn
 
 from bt_mission.cli.exits import BAD_INPUT
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import SUFFIXES
 from bt_mission.core.text import escape_control
 
 _REMARK = re.compile(r"(?<=\S) {2,}(?=\S)")
@@ -49,6 +51,7 @@ class Option:
         excludes: Other options that cannot be given with it.
         not_for: Kinds of file (``core.files.kind_of``) to which it does not apply.
         page: The page of the documentation about it (``bt-mission docs``).
+        takes: Kinds of file that it names (``core.file_kinds.FORMATS``); none where any will do.
         check: Called where it is given, before the command starts; raises where the machine lacks
             what it needs.
     """
@@ -68,6 +71,7 @@ class Option:
     excludes: Mapping[str, str] = field(default_factory=dict)
     not_for: Mapping[str, str] = field(default_factory=dict)
     page: str = ""
+    takes: Sequence[str] = ()
     check: Callable[[], None] | None = None
 
     def but(self, **changes: Any) -> Option:
@@ -269,6 +273,20 @@ class HelpText(argparse.HelpFormatter):
         return textwrap.indent("\n".join(filled), indent)
 
 
+def _way_of_file(word: str) -> str | None:
+    """Return the command for a file that was given in place of a command."""
+    from bt_mission.core.file_kinds import FORMATS, format_of
+
+    kind = format_of(Path(word))
+    if kind is None and Path(word).suffix not in SUFFIXES:
+        return None
+    return "it is a file: " + FORMATS[kind or "mission"].way.replace("{}", word)
+
+
+_FILE_OPTIONS = {"--mission", "--file", "--scenario", "--fleet", "--recording"}
+"""Guessed options for what is a word."""
+
+
 class Parser(argparse.ArgumentParser):
     """Parses the command line or, as those that it makes for them, the words of one command."""
 
@@ -299,8 +317,11 @@ class Parser(argparse.ArgumentParser):
         from bt_mission.core.diagnostics import did_you_mean
 
         options = [name for name in self._option_string_actions if name.startswith("--")]
-        unknown = (word.partition("=")[0] for word in words if word.startswith("-"))
+        unknown = [word.partition("=")[0] for word in words if word.startswith("-")]
         hints = list(filter(None, (did_you_mean(word, options) for word in unknown)))
+        first = next((option for option in self.options if not option.flags), None)
+        if first is not None and set(unknown) & _FILE_OPTIONS:
+            hints.append(f"give the file alone: {self.prog} FILE")
         self.error("; ".join([f"unrecognized arguments: {' '.join(words)}", *hints]))
 
     def lead_on(self, words: Sequence[str]) -> NoReturn:
@@ -315,7 +336,7 @@ class Parser(argparse.ArgumentParser):
         if choices and value not in choices:
             from bt_mission.core.diagnostics import did_you_mean
 
-            hint = did_you_mean(str(value), choices)
+            hint = _way_of_file(str(value)) or did_you_mean(str(value), choices)
             raise argparse.ArgumentError(
                 action,
                 f"invalid choice: '{value}'"

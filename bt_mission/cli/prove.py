@@ -25,8 +25,7 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import kind_of
+from bt_mission.core.file_kinds import MISSIONS, refuse_other_formats
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -58,10 +57,7 @@ PAGE = "proof.html"
 
 def prove(options: argparse.Namespace) -> int:
     """Explore the mission; gives the exit code."""
-    if kind_of(mission_file(options)) != "mission":
-        raise BtMissionError(
-            f"{options.file}: prove takes a mission, not a scenario or a fleet", code="BT-111"
-        )
+    refuse_other_formats(mission_file(options), MISSIONS)
     if options.output is not None:
         refuse_used_folder(options.output)
     mission = _checked(options)
@@ -254,6 +250,7 @@ COMMANDS = {
                 help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped "
                 "one",
                 completes="missions",
+                takes=MISSIONS,
             ),
             Option(
                 "--faults K",
@@ -308,6 +305,7 @@ COMMANDS = {
                 "try to change the running mission to this version in every state, and show the "
                 "states in which that is refused",
                 input_file,
+                takes=MISSIONS,
                 page="change-while-it-drives",
             ),
             JSON,

@@ -6,15 +6,15 @@ import argparse
 import shlex
 import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.fork import fork_shown
-from bt_mission.cli.options import AT, PLAIN, SPEED, recorded_robot
+from bt_mission.cli.options import AT, PLAIN, RECORDING, SPEED, recorded_robot
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.cli.web import page_server, web_options
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import RECORDINGS
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
 
@@ -183,7 +183,10 @@ COMMANDS = {
         "backwards, at any speed. In a pipe, with --plain, and for a trace (`run --trace FILE`), "
         "it prints one line per event with its virtual time. Failed tests save both files.",
         (
-            Option("file", "a recording (MCAP), or a trace (JSON lines)", Path),
+            RECORDING.but(
+                help="a recording (MCAP), the folder of a bag, or a trace (JSON lines)",
+                takes=(*RECORDINGS, "trace"),
+            ),
             SPEED.but(
                 help="virtual seconds per second (default: 1 on a full screen, else as fast as "
                 "possible)"

@@ -12,6 +12,7 @@ from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import FORCE, JSON, REQUIRE, announce
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option
+from bt_mission.core.file_kinds import RECORDINGS
 from bt_mission.core.text import escape_control
 
 EPILOG = """\
@@ -79,6 +80,7 @@ COMMANDS = {
                 "of one run",
                 input_file,
                 nargs="+",
+                takes=(*RECORDINGS, "bag folder"),
             ),
             Option(
                 "-o --output FOLDER",
@@ -107,6 +109,7 @@ COMMANDS = {
                 "--robot ROBOT",
                 "name or file of the robot's model (default: that of the recording, else waffle)",
                 completes="robots",
+                takes=("robot",),
             ),
             Option("--name NAME", "the name of the case (default: that of the recording)"),
             Option("--budget N", "the most simulated runs (default: 12)", count, 12),

@@ -305,6 +305,7 @@ COMMANDS = {
                 "a file with parameters, seeds, fault plans and the time limit; options take "
                 "precedence",
                 input_file,
+                takes=("ranges",),
                 page="ranges",
             ),
             Option(
@@ -319,6 +320,7 @@ COMMANDS = {
                 "a file with fault plans; each point is run with each plan; may be repeated",
                 input_file,
                 repeats=True,
+                takes=("ranges",),
             ),
             FAULT,
             SET,

@@ -32,9 +32,8 @@ examples:
   bt-mission sweep-report explore_sweep                 print a table, and write sweep.html there
   bt-mission sweep-report explore_sweep --html out.html write the page to another file
   bt-mission sweep-report explore_sweep --csv -         every row, for a spreadsheet or pandas
-  bt-mission sweep-report explore_sweep --json          print counts, rates, failures by reason,
-  margins bt-mission sweep-report explore_sweep --scenario 12   write the scenario of row 12 as a
-  file
+  bt-mission sweep-report explore_sweep --json          print counts, rates, reasons and margins
+  bt-mission sweep-report explore_sweep --scenario 12   write the scenario of row 12 as a file
 
 The sweep can still be running; the report shows the results so far.
 
@@ -155,7 +154,12 @@ COMMANDS = {
         "with the command that repeats each, and the worst runs. The page needs no network and "
         "no other file. Its charts need Plotly (pip install 'bt-mission[sweep]').",
         (
-            Option("folder", "folder of the results (bt-mission sweep -o)", Path),
+            Option(
+                "folder",
+                "folder of the results (bt-mission sweep -o)",
+                Path,
+                takes=("sweep folder",),
+            ),
             Option(
                 "--html FILE",
                 "file of the HTML page (default: sweep.html in FOLDER, which is overwritten)",

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import input_file
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS, UNKNOWN
-from bt_mission.cli.options import JSON, REQUIRE, mission_file, recorded_robot
+from bt_mission.cli.options import JSON, RECORDING, REQUIRE, mission_file, recorded_robot
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.file_kinds import MISSIONS
 from bt_mission.core.text import escape_control, seconds
 
 if TYPE_CHECKING:
@@ -25,8 +26,7 @@ examples:
   bt-mission verify explore.mcap                      the recorded requirements
   bt-mission verify explore.mcap --require slow.yaml  and more requirements of a file
   bt-mission verify explore.mcap --mission new.yaml   the requirements of another mission file
-  bt-mission verify drive_0.mcap --require slow.yaml  a recording of any robot: ros2 bag record -s
-  mcap -a
+  bt-mission verify drive_0.mcap --require slow.yaml  a recording of any robot (ros2 bag record)
 
 slow.yaml:
   requirements:
@@ -173,7 +173,7 @@ COMMANDS = {
         "run. A recording of any other robot (ros2 bag record) is evaluated every 0.05 s; "
         "signals that no topic provides are unknown, with the reason.",
         (
-            Option("file", "a recording (MCAP)", input_file),
+            RECORDING.but(help="a recording (MCAP), or the folder of a bag"),
             REQUIRE.but(
                 help="a YAML file with more requirements, which replace recorded ones of the "
                 "same name; may be repeated"
@@ -183,6 +183,7 @@ COMMANDS = {
                 "use the requirements of this mission file instead of the recorded ones",
                 input_file,
                 completes="missions",
+                takes=MISSIONS,
             ),
             Option(
                 "--namespace NAME",

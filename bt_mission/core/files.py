@@ -205,9 +205,14 @@ def kind_of(path: str | Path) -> FileKind:
 
 
 def kind_of_text(text: str) -> FileKind:
-    """Return the kind of the text of a file."""
+    """Return the kind of the text of a file; a mission by default."""
+    return known_kind_of_text(text) or "mission"
+
+
+def known_kind_of_text(text: str) -> FileKind | None:
+    """Return the kind of the text of a file; None without a key of any."""
     keys = frozenset(_TOP_KEY.findall(text))
-    return next((kind for kind, known in _KEYS.items() if keys & known), "mission")
+    return next((kind for kind, known in _KEYS.items() if keys & known), None)
 
 
 def is_scenario(path: str | Path) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.file_kinds import refuse_other_formats
 from bt_mission.core.files import find
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.yaml.document import Document, read
@@ -25,7 +26,9 @@ def load_world(name_or_path: str | Path | Document, near: str | Path | None = No
     """
     document = name_or_path
     if not isinstance(document, Document):
-        document = read(find("worlds", document, near))
+        file = find("worlds", document, near)
+        refuse_other_formats(file, ("world",))
+        document = read(file)
     return world_in(document)
 
 

@@ -94,7 +94,7 @@ def test_a_search_without_a_counterexample_writes_nothing(search: CommandLine) -
     search.write("careless.yaml", CAREFUL)
     out = search(f"{SEARCH} --budget 3")
     assert out.startswith("careless: nothing found (no violated requirement) in 3 runs")
-    assert re.search(r"smallest margin \d+% of the usual one \('keeps its distance'\)", out)
+    assert re.search(r"nearest to a violation: 'keeps its distance', \d+% of its usual margin", out)
     assert not Path("found").exists()
     search.write("careless.yaml", DEFECT)
     search.write("ranges.yaml", BOXES + "assume: [always scan_clearance > 0.6]\n")

@@ -16,6 +16,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import InputError, listed
+from bt_mission.core.file_kinds import refuse_other_formats
 from bt_mission.core.robot.body import Body, Hull, PolygonBody, convex
 from bt_mission.core.robot.drives import DifferentialDrive, Drive
 from bt_mission.core.robot.joints import ArmModel, GripperModel, JointLimits, ModelFile
@@ -435,7 +436,9 @@ def load_robot(name_or_path: str | Path | Document, near: str | Path | None = No
     """
     document = name_or_path
     if not isinstance(document, Document):
-        document = read(files.find("robots", document, near))
+        file = files.find("robots", document, near)
+        refuse_other_formats(file, ("robot",))
+        document = read(file)
     robot = validate(document, RobotModel)
     wrong = list(_form_problems(robot))
     if wrong:

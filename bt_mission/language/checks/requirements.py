@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from typing_extensions import override
 
@@ -41,7 +42,7 @@ def with_requirements(mission: Mission, paths: Sequence[str | Path]) -> Mission:
 def read_requirements(
     paths: Sequence[str | Path], names: KnownNames, known: Collection[str] = ()
 ) -> tuple[Requirement, ...]:
-    """Return the requirements of files.
+    """Return the requirements of files, also of missions.
 
     Args:
         names: What they can name.
@@ -55,7 +56,7 @@ def read_requirements(
     for path in paths:
         document = read(path)
         reader = NodeReader(document)
-        written = reader.written(RequirementsFile, (), document.data)
+        written = reader.written(RequirementsFile, (), _requirements_in(document))
         diagnostics += reader.diagnostics
         if written is None:
             continue
@@ -72,6 +73,13 @@ def read_requirements(
     if diagnostics:
         raise InputError(diagnostics)
     return tuple(requirements)
+
+
+def _requirements_in(document: Document) -> Any:
+    """Return what a file of requirements has; of a mission, only its requirements."""
+    data = document.data
+    is_mission = isinstance(data, dict) and "mission" in data and "tree" in data
+    return {key: data[key] for key in data if key == "requirements"} if is_mission else data
 
 
 def requirement_diagnostics(mission: Mission, lost: Collection[str] = ()) -> Iterator[Diagnostic]:
