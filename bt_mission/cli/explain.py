@@ -11,18 +11,30 @@ from textwrap import fill, indent
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import JSON
 from bt_mission.cli.parser import Command, Option
-from bt_mission.core.error_catalogue import CatalogueEntry, catalogue, entry_of, shown
+from bt_mission.core.diagnostics import quoted
+from bt_mission.core.error_catalogue import (
+    CatalogueEntry,
+    catalogue,
+    entries_about,
+    entry_of,
+    looks_like_code,
+    shown,
+)
+from bt_mission.core.errors import BtMissionError
 
 EPILOG = """\
 examples:
   bt-mission explain BT-203    what is wrong, why, and how it is corrected
   bt-mission explain 203       the same
+  bt-mission explain no field  the codes about these words
   bt-mission explain           all codes, with their titles
 """
 
 
 def explain(options: argparse.Namespace) -> int:
     """Print entries of the catalogue; without a code its list."""
+    if options.codes and not any(map(looks_like_code, options.codes)):
+        return _find(" ".join(options.codes), options)
     entries = [*map(entry_of, options.codes)] or [*catalogue().values()]
     if options.json:
         print(json.dumps([asdict(entry) for entry in entries], indent=2))
@@ -35,6 +47,26 @@ def explain(options: argparse.Namespace) -> int:
                 print(f"  {entry.code:8} {entry.title}")
             print()
         print("bt-mission explain CODE explains one with an example")
+    return SUCCESS
+
+
+def _find(text: str, options: argparse.Namespace) -> int:
+    """Print the entries about the words of a message.
+
+    Raises:
+        BtMissionError: There is none.
+    """
+    entries = entries_about(text)
+    if not entries:
+        message = f"no error is about {quoted(text)}; `bt-mission explain` lists all codes"
+        raise BtMissionError(message, code="BT-1101")
+    if options.json:
+        print(json.dumps([asdict(entry) for entry in entries], indent=2))
+        return SUCCESS
+    print(f"about {quoted(text)}:")
+    for entry in entries:
+        print(f"  {entry.code:8} {entry.title}")
+    print("\nbt-mission explain CODE explains one with an example")
     return SUCCESS
 
 
@@ -59,7 +91,8 @@ COMMANDS = {
         (
             Option(
                 "codes code",
-                "a code, such as BT-203, bt-203 or 203 (default: list all codes)",
+                "a code, such as BT-203, bt-203 or 203, or words of a message (default: list all "
+                "codes)",
                 nargs="*",
                 completes="codes",
             ),

@@ -22,8 +22,8 @@ ANSWER_S = 20.0
 EPILOG = """\
 examples:
   bt-mission run mine.yaml --editable --speed 1      in one terminal
-  bt-mission revise bt_mission mine.yaml --dry-run   in another: what would change
-  bt-mission revise bt_mission mine.yaml             change it
+  bt-mission revise mine.yaml --dry-run              in another: what would change
+  bt-mission revise mine.yaml                        change it
   bt-mission revise robot1 mine.yaml --json | jq .cancels
 
 exit codes: 0 applied, or can be applied; 1 refused, with the reason, or no such mission; 2 bad
@@ -41,7 +41,7 @@ def revise(options: argparse.Namespace) -> int:
         executive = look_for(graph, options)
         if executive is None:  # the reason was printed
             print("Only missions that run with --editable can be changed", file=sys.stderr)
-            return _refused(options, f"{options.executive} was not found")
+            return _refused(options, f"{options.executive or 'an executive'} was not found")
         answer = graph.revise(executive.name, _request(mission, options), ANSWER_S)
     if answer is None:
         print(f"{executive.name}/revise does not answer", file=sys.stderr)
@@ -104,7 +104,9 @@ COMMANDS = {
         (
             Option(
                 "executive",
-                "name or namespace of the executive, such as /robot1/bt_mission or robot1",
+                "name or namespace of the executive, such as /robot1/bt_mission or robot1, or the "
+                "name of the mission that it runs (default: the only one)",
+                nargs="?",
                 completes="executives",
             ),
             MISSION,

@@ -16,9 +16,11 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import has_input_ended, web_options, web_server
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
-    from bt_mission.events.source import ExecutiveSource
+    from bt_mission.events.source import ExecutiveSource, ListedExecutive
     from bt_mission.ros.discovery import ExecutiveDirectory
 
 WAIT_S = 0.1
@@ -132,6 +134,7 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
 
     wanted = wanted_name(options.executive)
     since, since_found = Stopwatch(), None
+    missions: dict[str, str] = {}
     has_said = False
     while True:
         observer.serve(WAIT_S)
@@ -140,7 +143,12 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
             since_found = Stopwatch()
         is_late = options.wait is not None and since.elapsed_s > options.wait
         has_settled = since_found is not None and since_found.elapsed_s > SETTLE_S
-        if has_settled or (executives and is_late):
+        is_named = any(executive.name == wanted for executive in executives)
+        if has_settled or is_named or (executives and is_late):
+            if wanted is not None and not is_named:
+                _learn_missions(observer, executives, missions)
+                named = [name for name, mission in missions.items() if mission == options.executive]
+                wanted = named[0] if len(named) == 1 else wanted
             chosen = choose(executives, wanted)
             if chosen is not None:
                 if chosen.fault:
@@ -152,6 +160,29 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
         if not has_said and since.elapsed_s > 3 * SETTLE_S and (has_settled or not executives):
             print(f"{nobody(wanted, executives, observer.where)}\nlooking ...", file=sys.stderr)
             has_said = True
+
+
+def _learn_missions(
+    observer: ExecutiveDirectory, executives: Sequence[ListedExecutive], missions: dict[str, str]
+) -> None:
+    """Note the name of the mission that each executive runs, as far as they say it in time."""
+    from bt_mission.core.wall_clock import Stopwatch
+    from bt_mission.events.feed import MissionFeed
+    from bt_mission.events.mission_state import MissionState
+
+    new = [each.name for each in executives if each.name not in missions and not each.is_foreign]
+    links = {name: observer.attach(name, with_robot=False) for name in new}
+    feeds = {name: MissionFeed(MissionState()) for name in new}
+    since = Stopwatch()
+    while links.keys() - missions.keys() and since.elapsed_s < SETTLE_S:
+        observer.serve(WAIT_S)
+        for name, link in links.items():
+            for batch in link.take(needs_statuses=False).messages:
+                feeds[name].take(batch)
+            if tree := feeds[name].mission.tree:
+                missions[name] = tree.mission
+    for link in links.values():
+        link.close()
 
 
 def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:

@@ -109,6 +109,31 @@ def shown(example: str) -> str:
     return "\n".join(map(escape_control, example.strip("\n").split("\n")))
 
 
+def looks_like_code(text: str) -> bool:
+    """Return whether a text is written as a code, whether that exists or not."""
+    return re.fullmatch(r"(?:bt-?)?[0-9]+", text.strip(), re.IGNORECASE) is not None
+
+
+def entries_about(text: str, most: int = 5) -> list[CatalogueEntry]:
+    """Return the entries whose title or cause has the most words of a text, the best first."""
+    wanted = set(_words(text))
+
+    def rank(entry: CatalogueEntry) -> tuple[int, int]:
+        return len(wanted & {*_words(entry.title)}), len(wanted & {*_words(entry.cause)})
+
+    known = [entry for entry in catalogue().values() if any(rank(entry))]
+    return sorted(known, key=rank, reverse=True)[:most]
+
+
+def _words(text: str) -> list[str]:
+    """Return the words of a text in lower case, without those that any message may have."""
+    words = re.findall(r"[a-z_]+", text.lower())
+    return [word.removesuffix("s") for word in words if word not in _EVERYWHERE]
+
+
+_EVERYWHERE = {"a", "an", "the", "is", "are", "of", "in", "on", "to", "such", "and", "or", "with"}
+
+
 def entry_of(code: str) -> CatalogueEntry:
     """Return the entry of a code, which may be written as ``BT-203``, ``bt-203`` or ``203``.
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from bt_mission.core.actions import REPLACED
 from bt_mission.core.stamps import NS
-from bt_mission.goals.goal import Event, Goal, GoalClient, GoalStatus, Phase
+from bt_mission.goals.goal import FORGOTTEN, NO_CALLBACK, Event, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import AttemptResult, Outcome
 
@@ -322,7 +322,7 @@ class Attempt:
         why = f"{self._cause_text}, but {self._goal_client.name}"
         if goal.cancel_refused:
             self._ledger.release_goal(goal, now_ns)
-            return AttemptResult(Outcome.CANCEL_REFUSED, f"{why} refused to cancel")
+            return AttemptResult(Outcome.CANCEL_REFUSED, f"{why} refused to cancel{NO_CALLBACK}")
         if now_ns - self._cancel_ns < self._limits.cancel * NS:
             return None
         self._ledger.release_goal(goal, now_ns)
@@ -352,7 +352,7 @@ class Attempt:
             late = f", {after}" if after else ""
             text = f"{name}{why}{self._replacer(why)}{late}"
             return AttemptResult(Outcome.ABORTED, text, goal.result)
-        return AttemptResult(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
+        return AttemptResult(Outcome.SERVER_LOST, f"{name} {FORGOTTEN}")
 
     def _replacer(self, why: str) -> str:
         """Return who has sent the goal that replaced this one, if it was not this mission."""

@@ -126,6 +126,11 @@ class GoalClient(Protocol):
         """Ask the server to cancel a goal, even if the server has not answered the goal yet."""
 
 
+NO_CALLBACK = " (rclpy refuses unless the server has a cancel_callback that accepts)"
+FORGOTTEN = "no longer knows the goal (it has restarted, or its result_timeout is 0)"
+"""What a server says of a goal that it has accepted: STATUS_UNKNOWN."""
+
+
 @dataclass(eq=False)
 class Goal:
     """A goal from its request to its confirmed end.

@@ -14,6 +14,7 @@ from unique_identifier_msgs.msg import UUID
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError, NotThereError
 from bt_mission.core.stamps import NS
+from bt_mission.goals.goal import NO_CALLBACK
 from bt_mission.graph_tools.goal_events import FeedbackReceived, GoalEvent, GoalStateChanged
 from bt_mission.graph_tools.goal_request import ANSWER_S, GRACE_S
 from bt_mission.graph_tools.graph_query import FEEDBACK, STATUS
@@ -124,7 +125,7 @@ def cancel_goals(
     if not taken and not refused:
         say(f"no goal of {action} is running" if asked == ALL else f"goal {asked[:8]} has ended")
     for goal in sorted(refused):
-        say(f"goal {goal[:8]}: the server refused to cancel")
+        say(f"goal {goal[:8]}: the server refused to cancel{NO_CALLBACK}")
     ended = wait(session, GRACE_S, lambda: all(states.get(goal_id) in FINAL for goal_id in taken))
     for goal in sorted(taken):
         state = states.get(goal, "unknown")

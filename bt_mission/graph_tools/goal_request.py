@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.listeners import Stream
 from bt_mission.core.stamps import NS
-from bt_mission.goals.goal import Goal, GoalClient, GoalStatus, Phase
+from bt_mission.goals.goal import FORGOTTEN, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import SERVER_CHECK_NS, Ledger
 from bt_mission.graph_tools.goal_events import (
     CancelRefused,
@@ -170,7 +170,7 @@ class GoalRequest:
             case GoalStatus.CANCELED:
                 why = self._why_cancel or "by another client"
                 return GoalResult(GoalOutcome.CANCELED, f"canceled: {why}", goal.result)
-        return GoalResult(GoalOutcome.LOST, f"{name} no longer knows the goal (restarted?)")
+        return GoalResult(GoalOutcome.LOST, f"{name} {FORGOTTEN}")
 
     def _read_rejection(self, goal: Goal, now_ns: int) -> GoalResult | None:
         """Read the server's log line of the rejection, which may arrive later."""

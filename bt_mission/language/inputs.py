@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from pydantic_core import PydanticCustomError
@@ -58,6 +59,13 @@ def overridden(
         message = f"input {quoted(name)} expects {WORDS[wanted]}, got {describe(value)}"
         diagnostics.append(Diagnostic("BT-310", message, SET_OPTION, 1, len(name) + 2, source))
     return values, diagnostics
+
+
+def named_inputs(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic of a value from Python, which has no place in a command."""
+    if diagnostic.file != SET_OPTION:
+        return diagnostic
+    return replace(diagnostic, file="inputs", line=0, column=0, source="")
 
 
 def _read(text: str) -> Any:

@@ -89,7 +89,7 @@ class Results:
         self._make_folder(folder)
         paths = []
         for number, run in enumerate(runs, 1):
-            suffix = f"_{number}" if len(runs) > 1 else ""
+            suffix = _suffix(number)
             trace = folder / f"trace{suffix}.jsonl"
             lines = (f"{line}\n" for line in run.history.events)
             trace.write_text("".join(lines), encoding="utf-8")
@@ -118,11 +118,14 @@ class Results:
         (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
 
     def replay_command(self, item: pytest.Item, run: Run) -> str:
-        """Return what to type to see a run of a test again, once that has failed."""
+        """Return what to type to see a run of a test again, once that has failed.
+
+        Before that, the file is not there.
+        """
         runs = _runs_of(item)
         if run not in runs:
             return ""
-        suffix = f"_{runs.index(run) + 1}" if len(runs) > 1 else ""
+        suffix = _suffix(runs.index(run) + 1)
         name = f"trace{suffix}.jsonl" if run.recording is None else f"recording{suffix}.mcap"
         return self._replay_of(self._folder_of(item) / name)
 
@@ -171,6 +174,11 @@ class Results:
 
     def _folder_of(self, item: pytest.Item) -> Path:
         return self._parent / folder_name(item.nodeid)
+
+
+def _suffix(number: int) -> str:
+    """Return the end of the names of files of a run: none of the first one, however many follow."""
+    return f"_{number}" if number > 1 else ""
 
 
 def leave_scenario(run: Run, path: Path) -> None:

@@ -327,7 +327,9 @@ class Run(Assertions):
             names = " > ".join(node.name for node in failed)
             what = f"{names}: {failed[-1].feedback_message or 'failed'}"
         parts = [f"{self.mission.name}: {self.status} at {seconds(self.t)}", what]
-        return f"<run of {'; '.join(filter(None, (*parts, self.replay_command())))}>"
+        if command := self.replay_command():
+            parts.append(f"if the test fails: {command}")
+        return f"<run of {'; '.join(filter(None, parts))}>"
 
     # ---- the end -------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ from rclpy.node import Node
 
 from bt_mission.core.clock_watch import UNATTENDED_S
 from bt_mission.core.dds.discovery import isolate
+from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
 from bt_mission.core.nature import NO_NATURE, Nature
 from bt_mission.core.nature_field import read_nature
@@ -27,6 +28,7 @@ from bt_mission.faults.targets import scripted_on
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
+from bt_mission.language.inputs import named_inputs
 from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.scenarios.loader import load_scenario
@@ -183,7 +185,10 @@ class Stages:
             return mission if seed is None else replace(mission, seed=seed)
         text = str(mission)
         source = text if "\n" in text else mission_file(mission)
-        return required(examine(source, servers=None, **changes))
+        try:
+            return required(examine(source, servers=None, **changes))
+        except InputError as error:
+            raise InputError(map(named_inputs, error.diagnostics)) from None
 
     def world(self, world: str | Path) -> str | Path:
         """A world's name or file; a world as text is written to a file."""

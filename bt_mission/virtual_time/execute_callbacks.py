@@ -15,6 +15,8 @@ from bt_mission.core.diagnostics import describe, quoted
 from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.ros_log import log_of
 
+UNENDED = "returned without goal.succeed(), canceled() or abort()"
+
 
 def is_execute_callback(task: Any) -> bool:
     """Return whether a task is the execution of a goal by an action server of rclpy."""
@@ -32,7 +34,7 @@ class ExecuteCallbacks:
         self._raised: dict[bytes, str] = {}
 
     def take_raised(self, goal_id: bytes) -> str:
-        """Return once what the callback of a goal (its UUID) has raised; empty if nothing."""
+        """Return once what was wrong with the callback of a goal (its UUID); empty if nothing."""
         return self._raised.pop(goal_id, "")
 
     async def call(
@@ -78,6 +80,11 @@ class ExecuteCallbacks:
                     goal.abort()
                 return expected.Result()
             if isinstance(result, expected.Result):
+                if goal.is_active:  # rclpy aborts it, and logs its UUID as a list of 16 numbers
+                    self._raised[bytes(goal.goal_id.uuid)] = UNENDED
+                    named = _named(callback, actions_of(server), server._node)
+                    log_of(server._node).warning(f"{named} {UNENDED}; the goal is aborted")
+                    goal.abort()
                 return result
             got = "nothing" if result is None else describe(result)
             named = _named(callback, actions_of(server), server._node)

@@ -225,3 +225,15 @@ def test_editors_get_the_code_and_a_link_to_its_explanation(cli: CommandLine) ->
 def test_codes_are_completed(cli: CommandLine) -> None:
     """All of them."""
     assert cli.lines("completion --names codes") == list(catalogue())
+
+
+def test_words_of_a_message_find_their_codes(cli: CommandLine) -> None:
+    """The best first, with or without quotes; words that no error has are refused."""
+    for words in ("'No such field'", "no such field"):
+        out = cli(f"explain {words}")
+        assert out.startswith("about 'n" if words[0] == "n" else "about 'N")
+        assert out.splitlines()[1].split()[0] == "BT-502", out
+    first, *_ = json.loads(cli("explain no such field --json"))
+    assert first["code"] == "BT-502"
+    assert cli.call("explain zzzz") == 2
+    assert "no error is about 'zzzz'; `bt-mission explain` lists all codes" in cli.err

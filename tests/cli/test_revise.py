@@ -30,7 +30,10 @@ def test_a_running_mission_is_revised_by_another_process(
     result = json.loads(refused.output.splitlines()[-1])
     assert result["reasons"] == ["it is another mission: 'n' instead of 'm'"]
     cli.write(path, MISSION.replace("wait: 600", "wait: 0"))
-    applied = live_graph.start("revise", "bt_mission", path)
+    shown = live_graph.start("revise", path, "--dry-run")
+    assert shown.wait() == 0
+    assert "~ nap (0.0): 600 s -> 0 s" in shown.output
+    applied = live_graph.start("revise", "m", path)  # the mission's name
     assert applied.wait() == 0
     assert "~ nap (0.0): 600 s -> 0 s" in applied.output
     assert running.wait() == 0

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from bt_mission.faults.errors import ScenarioError
+from bt_mission.goals.goal import NO_CALLBACK
 from bt_mission.virtual_time import Delivery, Side
 from tests.support.faulty_runs import outcome
 
@@ -158,7 +159,7 @@ def test_cancels_are_refused(stage: Any, turn: Any) -> None:
     run.do(stage.faults.refuse_cancels("turn", 1))
     assert outcome(run) == (
         0.65,
-        "cancel refused: not done within 0.5 s, but /turn refused to cancel",
+        f"cancel refused: not done within 0.5 s, but /turn refused to cancel{NO_CALLBACK}",
     )
     run.until_done()
     assert lives(run) == ["sent at 0.05 s, released at 0.65 s, ended at 0.70 s): canceled"]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.goals.attempt import Attempt, Limits
-from bt_mission.goals.goal import GoalStatus
+from bt_mission.goals.goal import NO_CALLBACK, GoalStatus
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import Outcome
 
@@ -97,7 +97,7 @@ def test_rejected(run: Run, server: Any) -> None:
 
 
 BLOCKED = SimpleNamespace(error_code=906, error_msg="blocked")
-FORGOTTEN = "/turn no longer knows the goal (restarted?)"
+FORGOTTEN = "/turn no longer knows the goal (it has restarted, or its result_timeout is 0)"
 
 
 @pytest.mark.parametrize(
@@ -250,7 +250,7 @@ def test_cancel_refused(server: Any) -> None:
     run.tick()
     server.refuse_cancel()
     assert run.tick() is Outcome.CANCEL_REFUSED
-    assert run.reason == "met, but /turn refused to cancel"
+    assert run.reason == f"met, but /turn refused to cancel{NO_CALLBACK}"
     assert len(server.cancels) == 2
     server.cancel()
     run.tick()

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.goals.goal import FORGOTTEN
 from bt_mission.graph_tools import goal_events as events
 from bt_mission.graph_tools.goal_events import GoalEvent, GoalOutcome
 from bt_mission.graph_tools.goal_request import GoalRequest
@@ -161,7 +162,7 @@ def test_a_server_without_memory_has_lost_the_goal(server: Any, record: Record) 
     end = goal.poll(S)
     assert end is not None
     assert end.how is GoalOutcome.LOST
-    assert end.reason == "/turn no longer knows the goal (restarted?)"
+    assert end.reason == f"/turn {FORGOTTEN}"
 
 
 def test_the_words_of_a_rejection_are_waited_for_a_second(server: Any, record: Record) -> None:

@@ -66,7 +66,7 @@ def test_a_server_that_no_longer_knows_the_goal(ros: Any) -> None:
     turn.goal.accept()
     ros.until(lambda: node.executive.is_done)
     assert outcome(node.executive, "turn") == (
-        "server lost: /turn no longer knows the goal (restarted?)"
+        "server lost: /turn no longer knows the goal (it has restarted, or its result_timeout is 0)"
     )
 
 

@@ -422,6 +422,21 @@ def test_an_execute_callback_that_raises_aborts_its_goal(
     assert "assuming aborted" not in logged
 
 
+@pytest.mark.parametrize("prefix", ["", "async "])
+def test_a_goal_that_no_callback_ends_is_aborted_with_the_reason(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], prefix: str
+) -> None:
+    """As under rclpy, which logs the UUID alone."""
+    path = executing(tmp_path, f"  action: {FIB}\n", "return Fibonacci.Result()", prefix)
+    report = ran(load(path), tmp_path)
+    words = "returned without goal.succeed(), canceled() or abort()"
+    assert (report.status, report.reason) == ("failure", f"'fib' aborted: /fib: {words}")
+    callback = "Server.compute() (server.py:10), for '/fib' of node '/numbers',"
+    logged = capfd.readouterr().err
+    assert f"[numbers]: {callback} {words}; the goal is aborted" in logged
+    assert "Goal state not set" not in logged
+
+
 def test_a_mission_recovers_from_an_execute_callback_that_raises(tmp_path: Path) -> None:
     """The goal fails, not the mission."""
     tree = f"  fallback:\n    - action: {FIB}\n    - log: plan B\n"

@@ -66,7 +66,7 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
             "*- mission -*",
             "waits: success, at 2.05 s, seed 1",
             "*- to see it again -*",
-            "bt-mission replay scenario_results/test_a.test_two/recording_1.mcap",
+            "bt-mission replay scenario_results/test_a.test_two/recording.mcap",
             "bt-mission replay scenario_results/test_a.test_two/recording_2.mcap",
         ]
     )
@@ -76,13 +76,13 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
         "test_a.test_stops-seed7/run.txt",
         "test_a.test_stops-seed7/scenario.yaml",
         "test_a.test_stops-seed7/trace.jsonl",
-        "test_a.test_two/recording_1.mcap",
+        "test_a.test_two/recording.mcap",
         "test_a.test_two/recording_2.mcap",
-        "test_a.test_two/run_1.txt",
+        "test_a.test_two/run.txt",
         "test_a.test_two/run_2.txt",
-        "test_a.test_two/scenario_1.yaml",
+        "test_a.test_two/scenario.yaml",
         "test_a.test_two/scenario_2.yaml",
-        "test_a.test_two/trace_1.jsonl",
+        "test_a.test_two/trace.jsonl",
         "test_a.test_two/trace_2.jsonl",
     ]
     assert (folder / ".gitignore").read_text() == "*\n"
@@ -120,7 +120,7 @@ def test_runs_go_with_their_test(session, pytester):
 def test_the_folder_can_be_another(session, pytester):
     """From where pytest was started."""
     result = session("--scenario-results=out/here", "-k", "two", fails=True)
-    result.stdout.fnmatch_lines(["bt-mission replay out/here/test_a.test_two/recording_1.mcap"])
+    result.stdout.fnmatch_lines(["bt-mission replay out/here/test_a.test_two/recording.mcap"])
     assert left_in(pytester.path / "out/here")
 
 
@@ -218,7 +218,7 @@ def test_a_recording_that_fails_fails_no_test(session, pytester, monkeypatch):
     result = session("-k", "two", fails=True)
     result.stdout.fnmatch_lines(
         [
-            "bt-mission replay scenario_results/test_a.test_two/trace_1.jsonl",
+            "bt-mission replay scenario_results/test_a.test_two/trace.jsonl",
             "  the recording lacks run.mcap: cannot write the recording: No space left on device",
         ]
     )
@@ -308,8 +308,8 @@ def test_a_run_in_a_failed_assertion_tells_what_became_of_it(pytester):
     result.stdout.fnmatch_lines(
         [
             (
-                "*where False = <run of m: failure at 0.05 s; m > high: *; bt-mission replay "
-                "scenario_results/test_b.test_claim/recording.mcap>.succeeded"
+                "*where False = <run of m: failure at 0.05 s; m > high: *; if the test fails: "
+                "bt-mission replay scenario_results/test_b.test_claim/recording.mcap>.succeeded"
             )
         ]
     )

@@ -230,3 +230,10 @@ def test_a_scenario_keeps_its_simulator(stage: Any, tmp_path: Path) -> None:
     path.write_text(f"scenario: s\n{mission}simulator: sim.ir_sim:IrSim\n", encoding="utf-8")
     assert stage.run_scenario(path).passed
     assert stage.runs[-1].options.simulator is not None
+
+
+def test_a_wrong_input_is_named_as_an_argument(stage: Any) -> None:
+    """No option of a command was given."""
+    with pytest.raises(InputError) as caught:
+        stage.run(WAITS, inputs={"pauses": 1})
+    assert str(caught.value).startswith("inputs: error: unknown input 'pauses' (the mission's")
