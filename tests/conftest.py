@@ -20,6 +20,7 @@ pytest_plugins = [
     "pytester",
     "tests.support.checkout",
     "tests.support.forked",
+    "tests.support.installed",
     "tests.support.no_skips",
     "tests.support.recorded_runs",
     "tests.support.thorough",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files as package_files
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +16,7 @@ from bt_mission.cli.options import confirm
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import docs_folder
 
 EPILOG = """\
 examples:
@@ -23,6 +24,8 @@ examples:
   cd patrol
   bt-mission run patrol
   pytest
+
+  bt-mission new numbers --example servers   your own servers, and missions that call them
 """
 
 TEMPLATES = {
@@ -40,6 +43,17 @@ TEMPLATES = {
 NAME = re.compile(r"\bNAME\b")
 """Stands for the project's name in what files are made from, and as ``NAME`` in their paths."""
 
+EXAMPLES: Mapping[str, Sequence[str]] = {
+    "servers": (
+        "adder_server.py",
+        "fibonacci_server.py",
+        "numbers.yaml",
+        "numbers_in_simulation.yaml",
+    ),
+}
+"""The files of tutorials (docs/tutorials/code), by the names of examples."""
+_TUTORIALS = {"servers": "bring-your-own-server"}
+
 _VALID = re.compile(r"[a-z][a-z0-9_-]{0,63}", re.ASCII | re.IGNORECASE)
 _NO_NAMES = ("true", "false", "yes", "no", "on", "off", "null")
 """YAML takes these for values."""
@@ -51,7 +65,8 @@ def make_project(options: argparse.Namespace) -> int:
     _refuse_name(name)
     if not options.yes:
         _ask_inside_project(name)
-    written = project_files(name)
+    example: str | None = options.example
+    written = project_files(name) if example is None else example_files(example)
     try:
         folder = Path(name)
         if folder.exists() or folder.is_symlink():
@@ -70,7 +85,13 @@ def make_project(options: argparse.Namespace) -> int:
         raise BtMissionError(
             f"cannot create {name}: {error.strerror or error}", code="BT-1103"
         ) from error
-    _print_next_steps(name, written)
+    if example is None:
+        _print_next_steps(name, written)
+    else:
+        print(
+            f"{name}: the example '{example}'", *(f"  {name}/{path}" for path in written), sep="\n"
+        )
+        print(f"next:\n  cd {name}\n  bt-mission docs {_TUTORIALS[example]}")
     return SUCCESS
 
 
@@ -109,6 +130,19 @@ def project_files(name: str) -> Mapping[str, str]:
     return filled | {
         f"{of}.schema.json": f"{json.dumps(schema, indent=2)}\n" for of, schema in schemas.items()
     }
+
+
+def example_files(example: str) -> Mapping[str, str]:
+    """Return the files of an example: their names and texts.
+
+    Raises:
+        BtMissionError: They are not installed.
+    """
+    folder = docs_folder()
+    if folder is None:
+        raise BtMissionError("no examples found: is the installation complete?", code="BT-101")
+    code = folder / "tutorials" / "code"
+    return {name: (code / name).read_text(encoding="utf-8") for name in EXAMPLES[example]}
 
 
 def _refuse_name(name: str) -> None:
@@ -160,6 +194,11 @@ COMMANDS = {
         "with which an editor completes and checks missions.",
         (
             Option("name", "name of the folder and its mission: letters, digits, _ and -"),
+            Option(
+                "--example",
+                "write the files of an example in place of a project",
+                choices=tuple(EXAMPLES),
+            ),
             Option("--yes", "do not ask before creating a project inside another"),
         ),
         EPILOG,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.files import SUFFIXES, is_file, known_kind_of_text, text_to_look_at
+from bt_mission.core.files import SUFFIXES, is_file, known_kind_of_text, open_file, text_to_look_at
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def format_of(path: Path) -> str | None:
     if not is_file(path):
         return None
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             beginning = stream.read(_BEGINNING)
     except OSError:
         return None

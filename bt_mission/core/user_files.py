@@ -20,6 +20,8 @@ from typing import Any
 
 from typing_extensions import override
 
+from bt_mission.core.files import contents_of
+
 _INSTALLED = ("site-packages", "dist-packages")
 
 
@@ -150,7 +152,7 @@ def files_beside(path: Path) -> Iterator[Path]:
     while waiting:
         file = waiting.pop()
         try:
-            tree = ast.parse(file.read_bytes(), str(file))
+            tree = ast.parse(contents_of(file), str(file))
         except (OSError, SyntaxError, ValueError):  # reported where the file is imported
             continue
         for node in ast.walk(tree):

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from bt_mission.goals.goal import NO_CALLBACK
-
 
 class GoalOutcome(StrEnum):
     """The closed list of ways in which a goal sent from the terminal ends."""
@@ -71,7 +69,7 @@ class CancelRefused:
     """The server refused to cancel our goal."""
 
     def __str__(self) -> str:
-        return f"the server refused to cancel{NO_CALLBACK}; asking again each second"
+        return "the server refused to cancel; asking again each second"
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ WALL_TIME = re.compile(r"in [\d.]+ s of wall time \([\d.]+ x")
 
 def test_the_fleet_is_the_shipped_one() -> None:
     """Apart from its comment."""
-    (text,) = blocks(FLEETS, "yaml")
+    text, _ = blocks(FLEETS, "yaml")
     assert read_text(text).data == read(files.find("missions", FLEET)).data
 
 
@@ -124,7 +124,7 @@ MISSION = blocks(REQUIREMENTS, "yaml")[0]
 def test_the_mission_has_its_requirements_and_those_of_a_file(tmp_path: Path) -> None:
     """All five, and that of the file behind them."""
     file = tmp_path / "slow.yaml"
-    file.write_text(blocks(REQUIREMENTS, "yaml-file")[0])
+    file.write_text(blocks(REQUIREMENTS, "yaml slow.yaml")[0])
     mission = load(MISSION)
     assert len(mission.requirements) == 5
     names = [requirement.name for requirement in with_requirements(mission, [file]).requirements]

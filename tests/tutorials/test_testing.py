@@ -64,7 +64,7 @@ def test_the_mission_of_the_first_tutorial_passes_its_tests(pytester: pytest.Pyt
 def test_a_tree_of_behaviortree_cpp_becomes_a_tested_mission(pytester: pytest.Pytester) -> None:
     """The tree of the page, its leaves replaced as the page says, passes the test of the page."""
     text = (ROOT / "docs/how-to/coming-from.md").read_text(encoding="utf-8")
-    (tree,) = re.findall(r"```xml\n(.*?)```", text, re.DOTALL)
+    (tree,) = re.findall(r"```xml to_a.xml\n(.*?)```", text, re.DOTALL)
     (test,) = re.findall(r"   ```python\n(.*?)```", text, re.DOTALL)
     leaves = iter(re.findall(r"`(<navigate_to_pose .*?/>)`", text))
     replaced = re.sub(r"<NavigateToPose .*?/>", lambda _: next(leaves), tree)

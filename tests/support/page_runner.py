@@ -1,0 +1,115 @@
+"""A script: types the commands of a page, and writes what came of each.
+
+Its arguments are a JSON file of steps and one for the results. Calls of ``bt-mission`` without the
+syntax of a shell run in this process, which imports once; all else goes to bash. What stays (a
+server, a page for browsers) runs beside until the end. It is run by the Python of an environment
+into which the wheel is installed, in an empty folder.
+"""
+
+import contextlib
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import IO, Any
+
+from bt_mission.cli import main
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.testing.live_graph import Process
+
+_SHELL = re.compile(r"[|&;<>$*~\\]|^\w+=")
+
+
+def run(command: str) -> tuple[int, str]:
+    """Run a command to its end; return its exit code and output."""
+    words = shlex.split(command, comments=True)
+    if words[0] == "cd":
+        os.chdir(words[1])
+        return 0, ""
+    if words[0] == "export":
+        for word in words[1:]:
+            name, _, value = word.partition("=")
+            os.environ[name] = value
+        return 0, ""
+    with tempfile.TemporaryFile() as file:
+        if words[0] == "bt-mission" and not _SHELL.search(command.partition(" #")[0]):
+            code = call(words[1:], file)
+        else:
+            shell = ["bash", "-c", command]
+            code = subprocess.run(shell, stdout=file, stderr=file, check=False).returncode
+        file.seek(0)
+        return code, file.read().decode(errors="replace")
+
+
+def call(arguments: list[str], file: IO[bytes]) -> int:
+    """Call the command line in this process, its output in a file."""
+    kept = [os.dup(number) for number in (1, 2)]
+    for number in (1, 2):
+        os.dup2(file.fileno(), number)
+    try:
+        return main(arguments)
+    except SystemExit as leave:
+        return int(leave.code or 0)
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        for number, before in zip((1, 2), kept, strict=True):
+            os.dup2(before, number)
+            os.close(before)
+
+
+def started(command: str, until: str, file: Path) -> Process:
+    """Start a command that stays; return it when it says this, or has ended."""
+    process = Process(command, ["bash", "-c", f"exec {command}"], {}, file)
+    with contextlib.suppress(ScenarioError):
+        process.until(until)
+    return process
+
+
+def end(process: Process) -> None:
+    """Interrupt it as Ctrl-C does, and end it where it does not."""
+    if process.code is None:
+        process.interrupt()
+        with contextlib.suppress(ScenarioError):
+            process.wait(within=20)
+    process.kill()
+
+
+def same(command: str, other: str) -> bool:
+    """Return whether two commands are the same program, of which one terminal runs one."""
+    return command.split()[:2] == other.split()[:2]
+
+
+def work(steps: list[dict[str, Any]], results: str) -> None:
+    """Do all steps, and write what came of each before the next begins."""
+    beside: list[Process] = []
+    done: list[dict[str, Any]] = []
+    try:
+        for step in steps:
+            if "text" in step:
+                Path(step["file"]).parent.mkdir(parents=True, exist_ok=True)
+                Path(step["file"]).write_text(step["text"], encoding="utf-8")
+                continue
+            code: int | None
+            if step["until"] is None:
+                code, output = run(step["command"])
+            else:
+                file = Path(f"{results}.{len(done)}")
+                for each in [process for process in beside if same(process.name, step["command"])]:
+                    beside.remove(each)
+                    end(each)
+                beside.append(started(step["command"], step["until"], file))
+                code, output = beside[-1].code, beside[-1].output
+            done.append({"command": step["command"], "code": code, "output": output})
+            Path(results).write_text(json.dumps(done), encoding="utf-8")
+    finally:
+        for each in reversed(beside):
+            end(each)
+
+
+if __name__ == "__main__":
+    work(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")), sys.argv[2])
