@@ -292,4 +292,5 @@ def test_actions_of_a_test_do_not_end_it(stage: Any, method: str) -> None:
 
     with pytest.raises(Exception, match="must not end the process: SystemExit: 0"):
         act()
+    assert run.until_done().status == "success", "the fault is the test's, not the mission's"
     assert callback_in(None) is None
