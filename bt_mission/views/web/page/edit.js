@@ -520,7 +520,7 @@ async function share(isTaking = false) {
   at.leads = answer.leads;
   if (answer.leads) {
     banner("follows", "");
-    if (answer.is_changed && !at.isConflict) {
+    if (answer.is_changed && facts.base === at.base && !at.isConflict) { // not by a save meanwhile
       at.isConflict = true;
       const words = answer.exists ? `${at.name} has changed on disk.` : `${at.name} is not on disk any more; saving writes it again.`;
       at.compare = answer.exists ? async () => showConflict((await ask("open", { name: at.name })).text) : null;
