@@ -35,9 +35,11 @@ STARTS_PYTHON = "bt_mission.core.python_process"
 """The one module that names the interpreter of other processes."""
 
 PROCESSES = ("subprocess.run", "subprocess.Popen", "asyncio.create_subprocess_exec")
-OTHER_WAYS = ("subprocess.call", "subprocess.check_call", "subprocess.check_output", "os.popen")
-OTHER_WAYS += ("os.system", "os.execv", "os.execve", "os.execvp", "os.posix_spawn", "os.spawnv")
-OTHER_WAYS += ("asyncio.create_subprocess_shell", "multiprocessing.Process", "multiprocessing.Pool")
+OTHER_WAYS = (
+    *("subprocess.call", "subprocess.check_call", "subprocess.check_output", "os.popen"),
+    *("os.system", "os.execv", "os.execve", "os.execvp", "os.posix_spawn", "os.spawnv"),
+    *("asyncio.create_subprocess_shell", "multiprocessing.Process", "multiprocessing.Pool"),
+)
 
 PATCHABLE = frozenset(
     name

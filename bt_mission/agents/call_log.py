@@ -137,12 +137,12 @@ class LogState:
     damaged: tuple[int, ...] = ()
 
     def __str__(self) -> str:
-        said = f"log of calls: {counted(self.calls, 'call')}"
+        counts = f"log of calls: {counted(self.calls, 'call')}"
         if not self.damaged:
-            return said
+            return counts
         named = ", ".join(map(str, self.damaged[:_MOST_NAMED]))
         more = ", ..." if len(self.damaged) > _MOST_NAMED else ""
-        return f"{said}; {counted(len(self.damaged), 'line')} cannot be read: {named}{more}"
+        return f"{counts}; {counted(len(self.damaged), 'line')} cannot be read: {named}{more}"
 
 
 def read_log(path: Path) -> LogState:

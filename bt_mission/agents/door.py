@@ -35,8 +35,8 @@ from bt_mission.agents.permits import valid_permit
 from bt_mission.agents.robot import Robot, marked
 from bt_mission.agents.site import Site, seed_of
 from bt_mission.core.diagnostics import InputError
+from bt_mission.core.verdicts import VACUOUS
 from bt_mission.core.yaml.composer import split_lines
-from bt_mission.language.requirements.verdicts import VACUOUS
 
 MOST_FAULTS = 10
 MOST_PICTURE = 200_000

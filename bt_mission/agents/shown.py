@@ -151,10 +151,10 @@ def _runs(site: Site, proposal: Proposal, evidence: Evidence) -> Iterator[Part]:
         name, margin = str(row["requirement"]), row["least_margin"]
         by = "" if margin is None else f", smallest margin {margin:g} {row['unit']}"
         note = "; only simulated, halts nothing on the robot" if name in site.only_simulated else ""
-        said = name if name in known else shown_name(name)
+        shown = name if name in known else shown_name(name)
         idle = f", not exercised in {count}" if (count := row["not_exercised"]) else ""
         held = f"held in {row['held']} of {row['runs']} runs{idle}"
-        rows[name in known].append(f"{said}: {held}{by}{note}")
+        rows[name in known].append(f"{shown}: {held}{by}{note}")
     yield Part("Evidence", [f"{ends} ({seeds})", *rows[True]])
     if rows[False]:
         yield _theirs("Requirements of the proposal itself, with its names", rows[False])

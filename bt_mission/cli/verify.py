@@ -97,7 +97,7 @@ def _verified(
 
 def _code(verifications: Sequence[Verification]) -> int:
     """Return the exit code: the worst of all."""
-    from bt_mission.language.requirements.verdicts import FAILING
+    from bt_mission.core.verdicts import FAILING
 
     verdicts = {result.verdict for each in verifications for result in each.results}
     if verdicts & FAILING:

@@ -10,6 +10,7 @@ from typing import ClassVar, TypeVar
 
 from py_trees.common import Status
 
+from bt_mission.core.verdicts import FAILING, conclusion
 from bt_mission.events import events as happened
 from bt_mission.events.codec import fields_of
 from bt_mission.events.events import (
@@ -30,7 +31,6 @@ from bt_mission.events.log import (
     words_of,
 )
 from bt_mission.events.robot_state import RobotState
-from bt_mission.language.requirements.verdicts import FAILING, conclusion
 
 State = TypeVar("State", "MissionState", RobotState)
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.core.nature import in_words
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import counted, escape_control, seconds
+from bt_mission.core.verdicts import conclusion
 from bt_mission.events.log import verdict
-from bt_mission.language.requirements.verdicts import conclusion
 
 if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive

@@ -9,10 +9,10 @@ from typing import Any
 from rich.cells import cell_len
 
 from bt_mission.core.text import counted, escape_control, seconds
+from bt_mission.core.verdicts import conclusion
 from bt_mission.events.log import verdict
 from bt_mission.executive.report import Report
 from bt_mission.executive.status import MissionStatus
-from bt_mission.language.requirements.verdicts import conclusion
 
 
 @dataclass(frozen=True)

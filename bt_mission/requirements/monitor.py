@@ -10,6 +10,7 @@ from typing import Protocol
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
+from bt_mission.core.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.language.expressions.syntax import SyntaxNode
 from bt_mission.language.requirements.formula import (
     Condition,
@@ -20,7 +21,6 @@ from bt_mission.language.requirements.formula import (
 )
 from bt_mission.language.requirements.premises import Premise
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.language.requirements.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.requirements.compiler import Compiler, Number, Reader
 from bt_mission.requirements.roots import Root
 from bt_mission.requirements.samples import Sample, Truncation

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.language.requirements.verdicts import VACUOUS
+from bt_mission.core.verdicts import VACUOUS
 from bt_mission.scenarios.cause import Cause
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore

@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from bt_mission.core.nature import BY_NAME
 from bt_mission.core.text import cut
-from bt_mission.language.requirements.verdicts import FAILING, VACUOUS, Verdict
+from bt_mission.core.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.scenarios.cause import Cause, CauseKind, kind_of, masked
 from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.sweeps.concrete import ConcreteScenario

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bt_mission.core.statistics import samples_as_text, wilson
-from bt_mission.language.requirements.verdicts import VACUOUS, VERDICTS, Verdict
+from bt_mission.core.verdicts import VACUOUS, VERDICTS, Verdict
 from bt_mission.scenarios.cause import KINDS, Cause, CauseKind
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 

@@ -31,19 +31,19 @@ def _calls(path: Path) -> list[str]:
 def test_two_servers_share_a_log(tmp_path: Path) -> None:
     """Their lines alternate; a line that meets the lock of the other is written with the next."""
     path = tmp_path / "calls.jsonl"
-    one, two = CallLog(path), CallLog(path)
+    first, second = CallLog(path), CallLog(path)
     for number in range(3):
-        _note(one, f"one {number}")
-        _note(two, f"two {number}")
+        _note(first, f"one {number}")
+        _note(second, f"two {number}")
     assert _calls(path) == ["one 0", "two 0", "one 1", "two 1", "one 2", "two 2"]
     with path.open() as other:
         fcntl.flock(other, fcntl.LOCK_EX)
-        _note(one, "waits")
+        _note(first, "waits")
         assert str(read_log(path)) == "log of calls: 6 calls"
-    _note(one, "after it")
+    _note(first, "after it")
     assert _calls(path)[6:] == ["waits", "after it"]
-    one.close()
-    two.close()
+    first.close()
+    second.close()
 
 
 def test_a_full_disk_costs_no_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bt_mission.core.statistics import wilson
-from bt_mission.language.requirements.verdicts import VERDICTS
+from bt_mission.core.verdicts import VERDICTS
 from bt_mission.sweeps.columns import PLAN, SweepColumns
 from bt_mission.sweeps.report.explanation import MOST_VALUES, results_as_dict
 from bt_mission.sweeps.summary import MOST_GROUPS, SweepTally, percent

@@ -179,10 +179,10 @@ class _EventReader:
         hidden = {character for character in set(self.text) - _BLANK if not is_shown(character)}
         if not hidden:
             return
-        found = re.finditer(f"[{re.escape(''.join(sorted(hidden)))}]", self.text)
+        matches = re.finditer(f"[{re.escape(''.join(sorted(hidden)))}]", self.text)
         quoted = iter([*self.quoted, (len(self.text), len(self.text))])
         start, end = next(quoted)
-        for each in found:
+        for each in matches:
             while each.start() >= end:
                 start, end = next(quoted)
             if each.start() < start:

@@ -11,6 +11,7 @@ from typing import Literal
 from typing_extensions import override
 
 from bt_mission.core.units import Dimension
+from bt_mission.core.verdicts import Verdict
 from bt_mission.language.expressions.outcomes import Range, outcomes, range_of
 from bt_mission.language.expressions.syntax import Logic, Not, SyntaxNode
 from bt_mission.language.expressions.units import dimension_of
@@ -25,7 +26,6 @@ from bt_mission.language.requirements.syntax import (
     SignalValue,
     Temporal,
 )
-from bt_mission.language.requirements.verdicts import Verdict
 
 CONTROL_STEP_S = 0.05
 """The period of the control steps; a shorter window may hold no sample at all."""

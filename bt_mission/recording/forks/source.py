@@ -16,6 +16,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.nature_field import read_nature
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
+from bt_mission.core.verdicts import conclusion
 from bt_mission.core.versions import versions
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
@@ -25,7 +26,6 @@ from bt_mission.language.loader import Examined, read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
-from bt_mission.language.requirements.verdicts import conclusion
 from bt_mission.language.revision import compare
 from bt_mission.recording.facts import RunFacts, robot_of
 from bt_mission.recording.forks.robot_files import RobotFiles

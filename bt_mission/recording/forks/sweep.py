@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
-from bt_mission.language.requirements.verdicts import FAILING
+from bt_mission.core.verdicts import FAILING
 from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.source import ForkError, ForkSource
 

@@ -18,9 +18,9 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.html.pages import render
 from bt_mission.core.output import within, write_file
 from bt_mission.core.text import cut, duration, number
+from bt_mission.core.verdicts import FAILING
 from bt_mission.coverage.places import OUTCOME, REACHED, CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
-from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.columns import WORST, SweepColumns
 from bt_mission.sweeps.repeat import Repeater, parameters_as_text, resume_command

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from bt_mission.core.text import escape_control
+from bt_mission.core.verdicts import FAILING
 from bt_mission.events.messages import Map
 from bt_mission.events.mission_state import MissionState
-from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import Timeline
 from bt_mission.views.drawing.png import font

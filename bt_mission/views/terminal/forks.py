@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bt_mission.core.text import escape_control, lines_of, seconds
+from bt_mission.core.verdicts import FAILING
 from bt_mission.events.log import verdict
-from bt_mission.language.requirements.verdicts import FAILING
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.source import ForkSource

@@ -10,7 +10,7 @@ from PIL import ImageDraw
 
 from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.core.text import escape_control, seconds
-from bt_mission.language.requirements.verdicts import FAILING
+from bt_mission.core.verdicts import FAILING
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.png import font
 from bt_mission.views.video.mp4 import Picture

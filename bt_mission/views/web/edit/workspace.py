@@ -205,15 +205,15 @@ class Workspace:
     def drafts(self, name: str) -> list[Draft]:
         """Return the last unsaved texts beside a file that differ from it, the newest first."""
         known = {self.read(name).text}
-        found = []
+        drafts = []
         for path, page in self._drafts_of(name):
             try:
                 text = Written.of(contents(path, follows=False), path.name).text
-                found.append(Draft(page, text, path.lstat().st_mtime))
+                drafts.append(Draft(page, text, path.lstat().st_mtime))
             except (InputError, OSError):  # a link, a pipe, another encoding: not of the editor
                 continue
         newest = []
-        for draft in sorted(found, key=lambda draft: draft.saved_s, reverse=True):
+        for draft in sorted(drafts, key=lambda draft: draft.saved_s, reverse=True):
             if draft.text not in known:
                 known.add(draft.text)
                 newest.append(draft)
@@ -254,10 +254,10 @@ class Workspace:
             names = os.listdir(path.parent)  # noqa: PTH208 - names only
         except OSError:
             return []
-        found = filter(None, map(_DRAFT.fullmatch, names))
+        matches = filter(None, map(_DRAFT.fullmatch, names))
         return [
             (path.with_name(match.string), match["page"] or "")
-            for match in found
+            for match in matches
             if match["name"] == path.name
         ]
 
