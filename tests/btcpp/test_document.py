@@ -6,7 +6,7 @@ import pytest
 
 from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.core.diagnostics import InputError
+from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
 
@@ -167,9 +167,9 @@ def test_what_changes_in_btcpp_while_a_node_runs(nodes, part, ports, expected):
     """Is live here, too, or refused; where copying makes no difference, it is accepted."""
     try:
         load(document_of(with_part(nodes, part, ports), "m.xml"))
-        faults = []
+        faults: tuple[Diagnostic, ...] = ()
     except InputError as error:
-        faults = error.diagnostics
+        faults = tuple(error.diagnostics)
     assert [(fault.line, fault.column) for fault in faults] == [row[:2] for row in expected]
     for fault, (_, _, message) in zip(faults, expected, strict=True):
         assert message in fault.message

@@ -90,7 +90,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The recording of a short run."""
     folder = tmp_path_factory.mktemp("recorded")
     (folder / "m.yaml").write_text(MISSION)
-    command = [PROGRAM, "run", "m.yaml", "--json", "--record", "run.mcap"]
+    command = [str(PROGRAM), "run", "m.yaml", "--json", "--record", "run.mcap"]
     subprocess.run(command, cwd=folder, check=True, capture_output=True)
     return (folder / "run.mcap").read_bytes()
 
@@ -134,15 +134,16 @@ def asks_of_the_page(line: str) -> None:
 
 def calls_of_an_agent(process: subprocess.Popen[str]) -> None:
     """Propose a mission and have it proved, as a client of the protocol does."""
-    assert process.stdin is not None
-    assert process.stdout is not None
+    written, read = process.stdin, process.stdout
+    assert written is not None
+    assert read is not None
 
     def send(number: int | None, method: str, **parameters: Any) -> Any:
         message = {"jsonrpc": "2.0", "method": method, "params": parameters}
-        process.stdin.write(json.dumps(message | ({"id": number} if number else {})) + "\n")
-        process.stdin.flush()
+        written.write(json.dumps(message | ({"id": number} if number else {})) + "\n")
+        written.flush()
         while number is not None:
-            answer = json.loads(process.stdout.readline())
+            answer = json.loads(read.readline())
             if answer.get("id") == number:
                 return answer["result"]
         return None
@@ -154,7 +155,7 @@ def calls_of_an_agent(process: subprocess.Popen[str]) -> None:
     send(2, "tools/call", name="propose", arguments={"name": "m", "text": text})
     proved = send(3, "tools/call", name="prove", arguments={"name": "m"})
     assert not proved.get("isError"), proved
-    process.stdin.close()
+    written.close()
 
 
 ACTS: Mapping[str, Callable[[str], None]] = {"edit": asks_of_the_page}

@@ -146,10 +146,10 @@ def _cancels_nothing(self: Attempt, cause: object, text: str, now_ns: int) -> No
     self._due_ns = now_ns
 
 
-def _takes_aborted_for_done(self: Attempt, goal: Goal) -> object:
+def _takes_aborted_for_done(self: Attempt, goal: Goal, now_ns: int) -> object:
     """Read an aborted goal as one that has succeeded."""
     goal.status = GoalStatus.SUCCEEDED if goal.status is GoalStatus.ABORTED else goal.status
-    return READ_END(self, goal)
+    return READ_END(self, goal, now_ns)
 
 
 READ_END = Attempt._read_end

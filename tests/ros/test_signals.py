@@ -98,7 +98,7 @@ def test_what_has_ended_stays_known_after_a_revision(play: Callable[..., Any]) -
     played = play(ROUND)
     signals = LiveSignals(SimpleNamespace(executive=played.executive))  # type: ignore[arg-type]
 
-    def seen() -> dict[str, bool]:
+    def seen() -> dict[str, object]:
         kinds = [("outcome", name, word) for name in ("first", "second") for word in OUTCOMES_SEEN]
         asked = [*kinds, ("succeeded", "first"), ("running", "second"), ("succeeded", "second")]
         readers = {words: signals.reader(SignalValue(0, words[0], words[1:])) for words in asked}

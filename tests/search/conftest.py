@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.core.verdicts import Verdict
 from bt_mission.search.guide import Guide
 from bt_mission.search.search import Search, SearchState
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
@@ -47,7 +48,7 @@ class MadeUpRunner:
 
 def row(scenario: ConcreteScenario, margin: float) -> ScenarioRow:
     """Return the row of a run with one requirement."""
-    verdict = "violated" if margin < 0 else "holds"
+    verdict: Verdict = "violated" if margin < 0 else "holds"
     return ScenarioRow(
         scenario.id,
         scenario.number,

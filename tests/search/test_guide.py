@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from bt_mission.core.verdicts import Verdict
 from bt_mission.search.guide import ASSUMED, BRANCH, CLEARANCE, Aim, Failure, Guide
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
@@ -88,7 +89,7 @@ def test_the_score_is_the_smallest_share() -> None:
 
 def branching(distance: float, coverage: str = "3") -> ScenarioRow:
     """Return a run of a mission whose requirement has no margin, so far from a branch."""
-    verdict = "holds" if distance > 0 else "violated"
+    verdict: Verdict = "holds" if distance > 0 else "violated"
     return replace(
         USUAL,
         coverage=coverage,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from bt_mission.core.verdicts import Verdict
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 LOST = "'look around' aborted: no scan for 1 s: the last is 1.05 s old (code 902)"
@@ -51,7 +52,9 @@ def failed(number: int = 0, **changes: Any) -> ScenarioRow:
     return row(number, **given)
 
 
-def margin(value: float | None, verdict: str = "", unit: str = "m") -> RequirementMargin:
+def margin(
+    value: float | None, verdict: Verdict | None = None, unit: str = "m"
+) -> RequirementMargin:
     """What a requirement came to: the verdict follows from the margin unless it is given."""
     reported = verdict or ("violated" if value is not None and value < 0 else "holds")
     return RequirementMargin(reported, value, unit, 1.0)

@@ -13,7 +13,7 @@ from bt_mission.core.statistics import wilson
 from bt_mission.core.verdicts import VERDICTS
 from bt_mission.sweeps.columns import PLAN, SweepColumns
 from bt_mission.sweeps.report.explanation import MOST_VALUES, results_as_dict
-from bt_mission.sweeps.summary import MOST_GROUPS, SweepTally, percent
+from bt_mission.sweeps.summary import MOST_GROUPS, percent
 from tests.sweeps.conftest import write_results
 from tests.sweeps.rows import LOST, failed, margin, row
 
@@ -77,7 +77,7 @@ def test_plans_are_counted_by_name():
 def test_failures_are_grouped_by_leaf_and_reason():
     """The most frequent comes first; its example is the run with the smallest number."""
     rows = [failed(5), failed(3), failed(1, failed_path="explore > drive", failed_node="drive")]
-    groups = SweepTally.of(rows).failures
+    groups = SweepColumns(rows).tally.failures
     assert [(group.count, group.node, group.example.number) for group in groups] == [
         (2, "look around", 3),
         (1, "drive", 1),
@@ -88,7 +88,7 @@ def test_failures_are_grouped_by_leaf_and_reason():
 def test_numbers_in_a_reason_make_no_group_of_their_own():
     """A measured value differs from run to run, whole or not; an error code is a name."""
     reasons = ["108 deg remained (code 902)", "1.5 deg remained (code 902)", "3 deg (code 903)"]
-    groups = SweepTally.of(failed(n, reason=text) for n, text in enumerate(reasons)).failures
+    groups = SweepColumns(failed(n, reason=text) for n, text in enumerate(reasons)).tally.failures
     assert [(group.count, group.reason) for group in groups] == [
         (2, "… deg remained (code 902)"),
         (1, "3 deg (code 903)"),
@@ -100,7 +100,7 @@ def test_failed_missions_and_violated_requirements_are_apart():
     late = replace(margin(-1), at=5.0)
     violations = {"slow": late, "clear": margin(-0.1), "held": margin(0.2)}
     rows = [row(0, passed=False, requirements=violations), failed(1, requirements=violations)]
-    tally = SweepTally.of(rows)
+    tally = SweepColumns(rows).tally
     assert tally.count.failed == 2
     assert [(group.kind, group.path, group.reason) for group in tally.failures] == [
         ("failed", "explore > look around", LOST),
@@ -110,7 +110,7 @@ def test_failed_missions_and_violated_requirements_are_apart():
 
 def test_runs_that_are_identical_count_as_one_sample():
     """In words and in the interval; the rate is that of all runs."""
-    count = SweepTally.of(row(n, sample="00000000000000ab") for n in range(4)).count
+    count = SweepColumns(row(n, sample="00000000000000ab") for n in range(4)).tally.count
     assert (count.scenarios, count.samples) == (4, 1)
     assert count.interval == wilson(1, 1)
     assert str(count) == (
@@ -123,13 +123,13 @@ def test_what_was_varied_is_said_to_change_nothing():
     """Where parameters differ, too, it is not the seed alone."""
     rows = [row(n, sample="ab", parameters={"speed": n}) for n in range(3)]
     reported = "3 runs, 1 distinct: what was varied changes nothing"
-    assert SweepTally.of(rows).count.samples_in_words == reported
+    assert SweepColumns(rows).tally.count.samples_in_words == reported
 
 
 def test_kinds_of_failures_are_bounded():
     """Reasons that all differ do not fill the memory; each failure is still counted."""
     rows = [failed(n, reason=f"goal g{n} lost") for n in range(MOST_GROUPS + 20)]
-    groups = SweepTally.of(rows).failures
+    groups = SweepColumns(rows).tally.failures
     assert len(groups) == MOST_GROUPS + 1
     assert (groups[-1].count, groups[-1].reason) == (20, "other reasons")
 
@@ -178,7 +178,7 @@ def test_a_rare_failure_does_not_vanish_by_rounding(share, text):
 
 def test_the_count_as_text():
     """In a line: the count, the rate and its interval."""
-    text = str(SweepTally.of([row(n, passed=n > 12) for n in range(1000)]).count)
+    text = str(SweepColumns([row(n, passed=n > 12) for n in range(1000)]).tally.count)
     assert text == ("987 of 1,000 succeeded (98.7 %; 95 % confidence interval 97.8 to 99.2 %)")
 
 

@@ -140,7 +140,9 @@ def test_a_velocity_that_is_no_number_is_none(part, value):
 def test_a_force_that_nothing_measures_is_none():
     """NaN, as ros2_control sends it; positions and velocities that are not finite are not taken."""
     message = JointState(name=["a"], position=[1.0], velocity=[0.0], effort=[math.nan])
-    assert joints_of(message).efforts == {"a": 0.0}
+    readings = joints_of(message)
+    assert readings is not None
+    assert readings.efforts == {"a": 0.0}
     message.velocity = [math.nan]
     assert joints_of(message) is None
 

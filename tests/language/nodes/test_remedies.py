@@ -22,7 +22,7 @@ def test_a_key_of_other_tools_leads_to_one_of_ours():
     """That is one of the file, the tree or the node, and the other is not."""
     models: dict[str, Any] = {"mission": MissionFile, "tree": TreeDefinition}
     for owner, words in remedies.OTHER_KEYS.items():
-        model = models.get(owner) or KINDS[owner].model_fields["settings"].annotation
+        model: Any = models.get(owner) or KINDS[owner].model_fields["settings"].annotation
         ours = {info.alias or name for name, info in model.model_fields.items()}
         assert set(words.values()) <= ours
         assert not ours & set(words)

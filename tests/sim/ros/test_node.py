@@ -123,8 +123,11 @@ def test_amcl_pose_is_the_pose_of_tf(stage):
     for pose in poses:
         stamp = stamp_ns(pose.header.stamp)
         odom, base = (transform_of(transforms[stamp, name]) for name in ("odom", "base_footprint"))
-        expected = composed(odom, base)
-        assert astuple(pose_of(pose.pose.pose)) == pytest.approx(astuple(expected), abs=1e-9)
+        assert odom is not None
+        assert base is not None
+        expected, reported = composed(odom, base), pose_of(pose.pose.pose)
+        assert reported is not None
+        assert astuple(reported) == pytest.approx(astuple(expected), abs=1e-9)
     x, y, _ = robot.pose
     assert math.dist((pose.pose.pose.position.x, pose.pose.pose.position.y), (x, y)) > 0.05
 
