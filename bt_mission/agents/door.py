@@ -14,6 +14,7 @@ from typing import Any
 
 from bt_mission.agents.call_log import CallLog
 from bt_mission.agents.evidence import Evidence, evidence_of
+from bt_mission.agents.examiner import Examine
 from bt_mission.agents.folder import (
     AgentFolder,
     Proposal,
@@ -56,15 +57,22 @@ class Door:
 
     Args:
         run: Runs commands of this program.
+        examine: Checks proposals, while `stop` is answered.
         wait_s: Wall time after which a call returns while its job still runs.
     """
 
     def __init__(
-        self, site: Site, folder: AgentFolder, robot: Robot, run: Run, wait_s: float = WAIT_S
+        self,
+        site: Site,
+        folder: AgentFolder,
+        robot: Robot,
+        run: Run,
+        examine: Examine,
+        wait_s: float = WAIT_S,
     ) -> None:
         self.site, self.folder, self.robot = site, folder, robot
         self.log = CallLog(folder.log)
-        self._run, self._wait_s = run, wait_s
+        self._run, self._examine, self._wait_s = run, examine, wait_s
         self._job: _Job | None = None
         self._trials: dict[str, dict[str, Any]] = {}
 
@@ -82,18 +90,18 @@ class Door:
 
     # ---- missions ------------------------------------------------------------------------
 
-    def check(self, text: str, inputs: Mapping[str, str] | None = None) -> dict[str, Any]:
+    async def check(self, text: str, inputs: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Check the text of a mission for this site, without keeping it."""
         proposal = Proposal("mission", text, dict(inputs or {}))
         refuse_large(proposal)
         self.site.refuse_changed()
-        mission, diagnostics = self.site.examine(proposal)
+        found = await self._examine(proposal)
         return {
-            "is_valid": mission is not None,
-            "diagnostics": [each.as_dict() for each in diagnostics],
+            "is_valid": found.is_valid,
+            "diagnostics": [each.as_dict() for each in found.diagnostics],
         }
 
-    def propose(
+    async def propose(
         self, name: str, text: str, inputs: Mapping[str, str] | None = None, seed: int | None = None
     ) -> dict[str, Any]:
         """Keep a valid mission as a proposal; its earlier evidence and permit are void.
@@ -106,12 +114,12 @@ class Door:
         self.site.refuse_changed()
         if seed is None:
             proposal = replace(proposal, seed=seed_of(text))
-        mission, diagnostics = self.site.examine(proposal)
-        if mission is None:
-            raise InputError(diagnostics)
+        found = await self._examine(proposal)
+        if not found.is_valid:
+            raise InputError(found.diagnostics)
         before = self.folder.proposal(name).text if name in self.folder.names() else ""
         self.folder.save(proposal)
-        warnings = tuple(each.headline for each in diagnostics)
+        warnings = tuple(each.headline for each in found.diagnostics)
         evidence = Evidence(proposal.digest, self.site.digest, warnings)
         self._trials.pop(name, None)
         self.folder.save_evidence(name, asdict(evidence))

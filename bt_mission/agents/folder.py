@@ -19,7 +19,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import cannot_write, make_folder_of, within, write_file
 
 MOST_TEXT = 20_000
-"""Characters of a mission. Its check takes at most a few hundredths of a second."""
+"""Characters of a mission."""
 MOST_FILE = 1_000_000
 MOST_PROPOSALS = 100
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")

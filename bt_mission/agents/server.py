@@ -62,7 +62,7 @@ class CallGuard:
         """Pass a message on, or refuse it."""
         call, arguments = _named(context)
         client = _client(context)
-        if call == "stop":
+        if (context.method, call) == ("tools/call", "stop"):
             try:
                 return await call_next(context)
             finally:
@@ -147,14 +147,14 @@ class DoorTools:
     @_refused
     async def check(self, text: str, inputs: dict[str, str] | None = None) -> dict[str, Any]:
         """Check the text of a mission; returns every error with line, column and hint."""
-        return self._door.check(text, inputs)
+        return await self._door.check(text, inputs)
 
     @_refused
     async def propose(
         self, name: str, text: str, inputs: dict[str, str] | None = None, seed: int | None = None
     ) -> dict[str, Any]:
         """Keep a valid mission as a proposal; returns the diff and the missing evidence."""
-        return self._door.propose(name, text, inputs, seed)
+        return await self._door.propose(name, text, inputs, seed)
 
     @_refused
     async def prove(self, name: str) -> dict[str, Any]:

@@ -89,6 +89,7 @@ def mcp(options: argparse.Namespace) -> int:
     import asyncio
 
     from bt_mission.agents.door import Door
+    from bt_mission.agents.examiner import Examiner
     from bt_mission.agents.jobs import run_in_child
     from bt_mission.agents.robot import RosRobot
     from bt_mission.agents.server import agent_server
@@ -99,7 +100,8 @@ def mcp(options: argparse.Namespace) -> int:
     with GraphConnection(wall_clock=True) as graph:
         node = graph.host_quiet("bt_mission_mcp")
         robot = RosRobot(node, partial(_serve, graph), site.written.namespace)
-        door = Door(site, folder, robot, run_in_child)
+        examiner = Examiner(site)
+        door = Door(site, folder, robot, run_in_child, examiner)
         print(f"site '{site.name}' offers {len(door.offer['actions'])} actions", file=sys.stderr)
 
         async def serve() -> None:
@@ -113,6 +115,7 @@ def mcp(options: argparse.Namespace) -> int:
                     await serve_stdio(server, beside)
             finally:
                 await door.close()
+                await examiner.close()
 
         asyncio.run(serve())
     return SUCCESS

@@ -28,7 +28,7 @@ class Spare:
     """A process that gets ready for a run, and waits for the words of its command."""
 
     def __init__(self) -> None:
-        self._started = asyncio.create_task(_started("bt_mission.cli.ready"))
+        self._started = asyncio.create_task(started("bt_mission.cli.ready"))
 
     async def take(self, words: Sequence[str]) -> asyncio.subprocess.Process:
         """Have it run a command."""
@@ -47,13 +47,22 @@ class Spare:
         await process.communicate()
 
 
-async def _started(module: str, *words: str) -> asyncio.subprocess.Process:
+async def started(
+    module: str, *words: str, longest_line: int = 2**16, is_quiet: bool = False
+) -> asyncio.subprocess.Process:
+    """Start a module of this program, which ends with this process.
+
+    Args:
+        longest_line: Bytes of a line that can be read from it.
+        is_quiet: Discard its standard error.
+    """
     return await asyncio.create_subprocess_exec(
         *python_command("-m", module, *words),
         env=python_environment(),
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.DEVNULL if is_quiet else asyncio.subprocess.PIPE,
+        limit=longest_line,
         start_new_session=True,
         preexec_fn=_end_with_parent if sys.platform == "linux" else None,
     )
@@ -108,7 +117,7 @@ class Child:
 
     async def _run(self) -> None:
         if self._spare is None:
-            process = await _started("bt_mission", *self._words)
+            process = await started("bt_mission", *self._words)
         else:
             process = await self._spare.take(self._words)
         self._process = process

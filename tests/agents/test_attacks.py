@@ -261,7 +261,7 @@ def _changed_during_runs(played: Played) -> None:
 
     async def command(words: Any) -> CommandEnd:
         if words[0] == "sweep":
-            played.door.propose("look", TURN.replace("90", "91"))
+            await played.door.propose("look", TURN.replace("90", "91"))
         return CommandEnd(RUNS if words[0] == "sweep" else PROOF, [])
 
     played.command = command  # type: ignore[method-assign]

@@ -13,6 +13,8 @@ from typing import Any
 
 import pytest
 from mcp.client import Client
+from mcp.shared.exceptions import MCPError
+from mcp_types import EmptyResult, Request
 
 from bt_mission.agents.call_log import MOST_WAITING, CallLog, LogError, read_log
 from tests.support.agents import TURN, Played
@@ -117,9 +119,14 @@ def test_what_is_not_a_file_is_refused(tmp_path: Path, kind: str) -> None:
 
 
 def test_stops_share_a_line(played: Played) -> None:
-    """The first is logged at once, those of ten seconds together; each reaches the robot."""
+    """The first is logged at once, those of ten seconds together; each reaches the robot.
+
+    A request of another method with that name is none.
+    """
 
     async def stops(client: Client) -> None:
+        with pytest.raises(MCPError, match="Method not found"):
+            await client.session.send_request(Request(method="stop", params=None), EmptyResult)
         for second in (0.0, 0.1, 0.2, 10.0):
             played.seconds = second
             await client.call_tool("stop", {})
@@ -127,7 +134,8 @@ def test_stops_share_a_line(played: Played) -> None:
     played.talk(stops)
     assert played.robot.stops == 4
     lines = [json.loads(line) for line in played.folder.log.read_text().splitlines()]
-    assert [line["outcome"] for line in lines] == ["passed on", "passed on, 3 since the last line"]
+    outcomes = ["error: Method not found", "passed on", "passed on, 3 since the last line"]
+    assert [line["outcome"] for line in lines] == outcomes
 
 
 def test_no_call_is_passed_on_while_an_earlier_one_is_not_logged(

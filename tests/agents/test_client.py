@@ -33,7 +33,7 @@ def robot(ros: Any, played: Played) -> RosRobot:
     played.door.log.close()
     ros.serve(PermittedMissions(site=played.site, folder=played.folder))
     robot = RosRobot(ros.node("agents"), ros.step)
-    played.door = Door(played.site, played.folder, robot, played.command)
+    played.door = Door(played.site, played.folder, robot, played.command, played.examine)
     return robot
 
 

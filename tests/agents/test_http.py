@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from typing import Any
 from urllib.parse import urlsplit
 
 import httpx2
@@ -11,7 +12,7 @@ import pytest
 from mcp.client import Client
 from mcp_types import Implementation
 
-from bt_mission.agents.transports import serve_http
+from bt_mission.agents.transports import MOST_SESSIONS, serve_http
 from tests.support.agents import TURN, Played
 
 PING = {"jsonrpc": "2.0", "id": 1, "method": "ping"}
@@ -102,3 +103,27 @@ def test_others_are_refused(played: Played, path: str, headers: dict[str, str], 
 
     over_http(played, scene)
     assert played.folder.log.read_text() == ""
+
+
+def test_sessions_that_are_left_open_keep_nobody_out(played: Played) -> None:
+    """One more ends that whose newest request is the oldest; a new client can stop the robot."""
+    me = {"protocolVersion": "2025-06-18", "capabilities": {}}
+    begin = {"method": "initialize", "params": {**me, "clientInfo": {"name": "a", "version": "1"}}}
+
+    async def scene(link: str) -> None:
+        async with httpx2.AsyncClient() as client:
+
+            async def post(session: str | None = None, **message: Any) -> httpx2.Response:
+                more = {} if session is None else {"mcp-session-id": session}
+                return await client.post(link, json=PING | message, headers=JSON | more)
+
+            first, second, *_ = [
+                (await post(**begin)).headers["mcp-session-id"] for _ in range(MOST_SESSIONS)
+            ]
+            assert (await post(first)).status_code == 200
+            newest = (await post(**begin)).headers["mcp-session-id"]
+            stop = {"method": "tools/call", "params": {"name": "stop", "arguments": {}}}
+            assert '"is_stopped":true' in (await post(newest, **stop)).text
+            assert [(await post(each)).status_code for each in (first, second)] == [200, 404]
+
+    over_http(played, scene)

@@ -16,7 +16,8 @@ from mcp.shared.exceptions import MCPError
 from bt_mission.agents.approval_page import ApprovalServer
 from bt_mission.agents.door import Door
 from bt_mission.agents.evidence import evidence_of
-from bt_mission.agents.folder import AgentFolder
+from bt_mission.agents.examiner import Examination
+from bt_mission.agents.folder import AgentFolder, Proposal
 from bt_mission.agents.jobs import WAIT_S, CommandEnd
 from bt_mission.agents.permits import Permit, grant
 from bt_mission.agents.permitted import PERMIT, PermittedMissions
@@ -134,8 +135,12 @@ class Played:
     def _start(self, wait_s: float) -> None:
         self.site = self.read_site()
         self.robot = Robot(PermittedMissions(site=self.site, folder=self.folder), self.driven)
-        self.door = Door(self.site, self.folder, self.robot, self.command, wait_s)
+        self.door = Door(self.site, self.folder, self.robot, self.command, self.examine, wait_s)
         self.server = agent_server(self.door, lambda: self.seconds)
+
+    async def examine(self, proposal: Proposal) -> Examination:
+        """Check a proposal in this process."""
+        return Examination.of(self.site, proposal)
 
     async def command(self, words: Sequence[str]) -> CommandEnd:
         """Answer a command at once."""
