@@ -95,10 +95,10 @@ class Door:
         proposal = Proposal("mission", text, dict(inputs or {}))
         refuse_large(proposal)
         self.site.refuse_changed()
-        found = await self._examine(proposal)
+        examination = await self._examine(proposal)
         return {
-            "is_valid": found.is_valid,
-            "diagnostics": [each.as_dict() for each in found.diagnostics],
+            "is_valid": examination.is_valid,
+            "diagnostics": [each.as_dict() for each in examination.diagnostics],
         }
 
     async def propose(
@@ -114,12 +114,12 @@ class Door:
         self.site.refuse_changed()
         if seed is None:
             proposal = replace(proposal, seed=seed_of(text))
-        found = await self._examine(proposal)
-        if not found.is_valid:
-            raise InputError(found.diagnostics)
+        examination = await self._examine(proposal)
+        if not examination.is_valid:
+            raise InputError(examination.diagnostics)
         before = self.folder.proposal(name).text if name in self.folder.names() else ""
         self.folder.save(proposal)
-        warnings = tuple(each.headline for each in found.diagnostics)
+        warnings = tuple(each.headline for each in examination.diagnostics)
         evidence = Evidence(proposal.digest, self.site.digest, warnings)
         self._trials.pop(name, None)
         self.folder.save_evidence(name, asdict(evidence))

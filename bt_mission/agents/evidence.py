@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from bt_mission.agents.folder import AgentFolder, Proposal, digest_of
 from bt_mission.agents.site import Site
 from bt_mission.core.errors import BtMissionError
@@ -15,6 +17,51 @@ class EvidenceError(BtMissionError):
     """A proposal without the evidence that an approval needs."""
 
     code = "BT-1403"
+
+
+class _Written(BaseModel):
+    """A part of the file of evidence, with the values that are read; it may have more."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class _Verdicts(_Written):
+    holds: int
+    excused: int = Field(0, alias="not applicable")
+    least_margin: float | None = None
+    unit: str = ""
+
+
+class _Runs(_Written):
+    scenarios: int
+    succeeded: int
+    errors: int
+    seeds: list[int]
+    requirements: dict[str, _Verdicts] = {}
+
+
+class _Finding(_Written):
+    text: str
+
+
+class _ProvedRequirement(_Written):
+    requirement: str
+    verdict: str
+    why: str | None = None
+
+
+class _Proof(_Written):
+    proved: list[str] = []
+    why_not: list[str] = []
+    findings: list[_Finding]
+    requirements: list[_ProvedRequirement] = []
+
+
+class _File(_Written):
+    is_checked: bool
+    warnings: list[str]
+    proof: _Proof | None
+    runs: _Runs | None
 
 
 @dataclass(frozen=True)
@@ -84,18 +131,22 @@ class Evidence:
 
 
 def evidence_of(folder: AgentFolder, proposal: Proposal, site: Site) -> Evidence:
-    """Return the evidence of exactly this version of a proposal; without any, an empty one."""
+    """Return the evidence of exactly this version of a proposal.
+
+    It is empty without a file, and with one that was not written here.
+    """
     empty = Evidence(proposal.digest, site.digest, is_checked=False)
     written = folder.evidence(proposal.name)
     if written.get("proposal") != empty.proposal or written.get("site") != empty.site:
         return empty
     try:
-        return replace(
-            empty,
-            is_checked=written["is_checked"] is True,
-            warnings=tuple(map(str, written["warnings"])),
-            proof=written["proof"],
-            runs=written["runs"],
-        )
-    except (KeyError, TypeError):
+        file = _File.model_validate(written)
+    except ValidationError:
         return empty
+    return replace(
+        empty,
+        is_checked=file.is_checked,
+        warnings=tuple(file.warnings),
+        proof=written["proof"],
+        runs=written["runs"],
+    )

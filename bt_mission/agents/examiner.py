@@ -21,6 +21,8 @@ from bt_mission.core.children import started
 from bt_mission.core.diagnostics import Diagnostic
 
 MOST_WALL_S = 10.0
+SMALL = "mission: small\ntree: {navigate_to_pose: {pose: [0, 0, 0]}, timeout: 9}\n"
+"""A mission for a first check, which loads what all checks use."""
 LONGEST_ANSWER = 50_000_000
 """Bytes."""
 
@@ -63,8 +65,8 @@ class Examiner:
             SiteChangedError: The process has read other files than this one.
         """
         async with self._turn:
-            process = await self._ready()
             try:
+                process = await self._ready()
                 line = await asyncio.wait_for(_answer(process, proposal), self._most_wall_s)
             except TimeoutError:
                 await self.close()
@@ -81,8 +83,8 @@ class Examiner:
         answer = json.loads(line)
         if answer["site"] != self._site.digest:
             raise SiteChangedError(f"{self._site.file} has changed: start this program again")
-        found = tuple(Diagnostic(**each) for each in answer["diagnostics"])
-        return Examination(answer["is_valid"], found)
+        diagnostics = tuple(Diagnostic(**each) for each in answer["diagnostics"])
+        return Examination(answer["is_valid"], diagnostics)
 
     async def close(self) -> None:
         """End the process."""
@@ -116,10 +118,11 @@ async def _answer(process: asyncio.subprocess.Process, proposal: Proposal) -> by
 def main() -> None:
     """Answer each line of the standard input."""
     site = load_site(Path(sys.argv[1]))
-    _write({})  # what takes long has been loaded
+    site.examine(Proposal("small", SMALL))
+    _write({})
     for line in sys.stdin:
-        found = Examination.of(site, Proposal(**json.loads(line)))
-        _write({"site": site.digest, **asdict(found)})
+        examination = Examination.of(site, Proposal(**json.loads(line)))
+        _write({"site": site.digest, **asdict(examination)})
 
 
 def _write(answer: dict[str, Any]) -> None:

@@ -105,16 +105,10 @@ class AgentFolder:
 
     def proposal(self, name: str) -> Proposal:
         """Return a proposal. Raises ProposalError if it is missing or damaged."""
-        data = self._json("proposals", checked_name(name), "proposal.json")
-        if data is None:
+        proposal = self._proposal(name, "proposals", checked_name(name), "proposal.json")
+        if proposal is None:
             known = ", ".join(self.names()) or "none"
             raise ProposalError(f"no proposal {quoted(name)} (known: {known})")
-        try:
-            inputs = {str(key): str(value) for key, value in data["inputs"].items()}
-            proposal = Proposal(name, str(data["text"]), inputs, index(data["seed"]))
-            refuse_large(proposal)
-        except (KeyError, TypeError, ValueError, AttributeError):
-            raise ProposalError(f"{name}: the file of the proposal is damaged") from None
         return proposal
 
     def save(self, proposal: Proposal) -> None:
@@ -127,8 +121,7 @@ class AgentFolder:
         make_folder_of(path)
         for old in ("evidence.json", "results"):
             self.remove("proposals", name, old)
-        data = {"text": proposal.text, "inputs": proposal.inputs, "seed": proposal.seed}
-        write_file(path, json.dumps(data, indent=1))
+        _write(path, proposal)
 
     def evidence(self, name: str) -> dict[str, Any]:
         """Return the evidence of a proposal as it is written; empty without any."""
@@ -143,10 +136,13 @@ class AgentFolder:
         """Return the newest permit of a proposal; None without one."""
         return self._json("permits", f"{checked_name(name)}.json")
 
-    def approved_text(self, name: str) -> str:
-        """Return the text that was approved last; empty without one."""
-        data = self._bytes("approved", f"{checked_name(name)}.yaml")
-        return "" if data is None else data.decode("utf-8", "replace")
+    def approved(self, name: str) -> Proposal | None:
+        """Return the version that was approved last; None without one."""
+        return self._proposal(name, "approved", f"{checked_name(name)}.json")
+
+    def save_approved(self, proposal: Proposal) -> None:
+        """Keep the version that was approved last."""
+        _write(self.path("approved", f"{checked_name(proposal.name)}.json"), proposal)
 
     def recording(self, name: str) -> Path | None:
         """Return the recording of the worst simulated run; None without one."""
@@ -170,12 +166,24 @@ class AgentFolder:
             with suppress(FileNotFoundError):
                 path.unlink()
 
+    def _proposal(self, name: str, *parts: str) -> Proposal | None:
+        data = self._json(*parts)
+        if data is None:
+            return None
+        try:
+            inputs = {str(key): str(value) for key, value in data["inputs"].items()}
+            proposal = Proposal(name, str(data["text"]), inputs, index(data["seed"]))
+            refuse_large(proposal)
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise ProposalError(f"{name}: the file of the proposal is damaged") from None
+        return proposal
+
     def _json(self, *parts: str) -> dict[str, Any] | None:
         content = self._bytes(*parts)
         if content is None:
             return None
         try:
-            data = json.loads(content)
+            data = json.loads(content, parse_constant=_refuse_constant)
         except (ValueError, RecursionError):
             data = None
         if not isinstance(data, dict):
@@ -198,6 +206,15 @@ class AgentFolder:
         if len(content) > MOST_FILE:
             raise ProposalError(f"{path}: more than {MOST_FILE:,} bytes")
         return content
+
+
+def _write(path: Path, proposal: Proposal) -> None:
+    data = {"text": proposal.text, "inputs": proposal.inputs, "seed": proposal.seed}
+    write_file(path, json.dumps(data, indent=1))
+
+
+def _refuse_constant(name: str) -> Any:
+    raise ValueError(f"{name} is not JSON, and has no digest")
 
 
 def checked_name(name: str) -> str:

@@ -155,7 +155,7 @@ def grant(
     signature = base64.b64encode(key.sign(canonical(asdict(permit)))).decode()
     written = json.dumps({**asdict(permit), "signature": signature}, indent=1)
     write_file(folder.path("permits", f"{shown.name}.json"), written)
-    write_file(folder.path("approved", f"{shown.name}.yaml"), shown.text)
+    folder.save_approved(shown)
     return permit
 
 

@@ -72,7 +72,7 @@ class Shown:
         """Read a proposal. Raises BtMissionError if it is damaged."""
         proposal = folder.proposal(name)
         evidence = evidence_of(folder, proposal, site)
-        before = folder.approved_text(name)
+        before = folder.approved(name)
         return cls(
             site,
             proposal,
@@ -118,14 +118,23 @@ def _theirs(title: str, lines: Iterable[str], most: int | None = MOST_LINES) -> 
     return Part(title, escaped[:most], is_theirs=True)
 
 
-def _mission(proposal: Proposal, before: str) -> Iterator[Part]:
+def _mission(proposal: Proposal, before: Proposal | None) -> Iterator[Part]:
     yield _theirs("The mission, in the words of the proposal", split_lines(proposal.text), None)
     if proposal.inputs:
-        values = (f"{name} = {value}" for name, value in proposal.inputs.items())
-        yield _theirs("Its inputs, in the words of the proposal", values, None)
-    if before:
-        changes = split_lines(diff(before, proposal.text)) if before != proposal.text else ()
-        yield _theirs("Changes since the last approval", changes or ["no difference"], None)
+        yield _theirs("Its inputs, in the words of the proposal", _inputs(proposal), None)
+    if before is not None:
+        changes = diff(_decided(before), _decided(proposal)) or "no difference"
+        yield _theirs("Changes since the last approval", split_lines(changes), None)
+
+
+def _inputs(proposal: Proposal) -> list[str]:
+    return [escape_control(f"{name} = {value}") for name, value in proposal.inputs.items()]
+
+
+def _decided(proposal: Proposal) -> str:
+    """Return all that a person decides on as one text: the mission, its inputs and its seed."""
+    lines = [proposal.text, "its inputs:", *_inputs(proposal), f"its seed: {proposal.seed}"]
+    return "\n".join(lines)
 
 
 def _checks(evidence: Evidence) -> Iterator[Part]:

@@ -22,6 +22,7 @@ from bt_mission.agents.jobs import CommandEnd
 from bt_mission.agents.permits import grant, new_key, read_key
 from bt_mission.agents.robot import marked
 from bt_mission.agents.server import LONGEST_CALL
+from bt_mission.agents.shown import Shown
 from bt_mission.core.errors import BtMissionError
 from tests.support.agents import PROOF, RUNS, TURN, Attack, Played
 
@@ -237,6 +238,18 @@ def _approves(prepare: Callable[[Played], Any]) -> Callable[[Played], Any]:
     return act
 
 
+def _damaged(**changes: Any) -> Callable[[Played], Any]:
+    """Write evidence of another form, which the page shows as none."""
+
+    def prepare(played: Played) -> None:
+        played.prepare()
+        _edited(*EVIDENCE, **changes)(played)
+        shown = Shown.of(played.folder, played.site, "look")
+        assert shown.missing[0] == "no check of this version: call propose"
+
+    return _approves(prepare)
+
+
 def _worse_runs(**changes: Any) -> Callable[[Played], Any]:
     def prepare(played: Played) -> None:
         played.answers["sweep"] = {**RUNS, **changes}
@@ -396,6 +409,12 @@ NAMES = (
     *("../../etc/cron", "/etc/passwd", "look/../../x", "look\0", ".hidden", "x" * 10_000),
     *("l\u043e\u043ek", "look.yaml", "", "-o"),
 )
+DAMAGED: tuple[dict[str, Any], ...] = (
+    *({"runs": "x"}, {"runs": [1]}, {"proof": [1]}, {"proof": {"findings": ["x"]}}),
+    {"proof": PROOF | {"why_not": 3}},
+    *({"runs": RUNS | {"seeds": [0, 1], "requirements": {"x": counts}}}
+      for counts in ({}, "x", {"holds": 2, "least_margin": "0.1"}, {"holds": "2"})),
+)  # fmt: skip
 ATTACKS = (
     *(Attack(f"name {name[:12]!r}", "BT-1401", _calls("propose", name=name, text=TURN))
       for name in NAMES),
@@ -482,7 +501,7 @@ ATTACKS = (
     Attack("used by two clients at once", "BT-1404", _two_clients_one_permit, drives=1),
     Attack("the permit of another proposal", "BT-1404", _permit_of_another),
     Attack("a later expiry", "BT-1404", _approved(_edited(*PERMIT, expires_s=9e9))),
-    Attack("an endless expiry", "BT-1404", _approved(_edited(*PERMIT, expires_s=float("inf")))),
+    Attack("an endless expiry", "BT-1401", _approved(_edited(*PERMIT, expires_s=float("inf")))),
     Attack("another id", "BT-1404", _approved(_edited(*PERMIT, id="a" * 32))),
     Attack("an id that is a path", "BT-1404", _approved(_edited(*PERMIT, id="../../x"))),
     Attack("one more field", "BT-1404", _approved(_edited(*PERMIT, robot="other"))),
@@ -524,6 +543,10 @@ ATTACKS = (
     Attack("approve with errors", "BT-1403", _approves(_worse_runs(errors=1))),
     Attack("approve without the site's requirements", "BT-1403",
            _approves(_worse_runs(requirements={}))),
+    *(Attack(f"approve damaged evidence: {changes}", "BT-1403", _damaged(**changes))
+      for changes in DAMAGED),
+    Attack("approve evidence with a number that is none", "BT-1401",
+           _approves(_worse_runs(interval=[float("nan"), 1.0]))),
     Attack("approve evidence of an older version", "BT-1403", _approves(_changed_after_runs)),
     Attack("a change while the runs go on", "BT-1403", _approves(_changed_during_runs)),
     # ---- goals for the robot's server, as any node may send them

@@ -42,10 +42,10 @@ def test_it_finds_what_the_site_does(played: Played) -> None:
     """Also that the files are no longer those that were read."""
     proposal = Proposal("look", TURN.replace("turn", "trun"))
 
-    async def found(examiner: Examiner) -> object:
+    async def diagnostics_of(examiner: Examiner) -> object:
         try:
             return (await examiner(proposal)).diagnostics
         finally:
             await examiner.close()
 
-    assert asyncio.run(found(Examiner(played.site))) == played.site.examine(proposal)[1]
+    assert asyncio.run(diagnostics_of(Examiner(played.site))) == played.site.examine(proposal)[1]

@@ -107,8 +107,10 @@ def test_others_are_refused(played: Played, path: str, headers: dict[str, str], 
 
 def test_sessions_that_are_left_open_keep_nobody_out(played: Played) -> None:
     """One more ends that whose newest request is the oldest; a new client can stop the robot."""
-    me = {"protocolVersion": "2025-06-18", "capabilities": {}}
-    begin = {"method": "initialize", "params": {**me, "clientInfo": {"name": "a", "version": "1"}}}
+    me: dict[str, Any] = {"protocolVersion": "2025-06-18", "capabilities": {}}
+    me["clientInfo"] = {"name": "a", "version": "1"}
+    begin: dict[str, Any] = {"method": "initialize", "params": me}
+    stop: dict[str, Any] = {"method": "tools/call", "params": {"name": "stop", "arguments": {}}}
 
     async def scene(link: str) -> None:
         async with httpx2.AsyncClient() as client:
@@ -122,7 +124,6 @@ def test_sessions_that_are_left_open_keep_nobody_out(played: Played) -> None:
             ]
             assert (await post(first)).status_code == 200
             newest = (await post(**begin)).headers["mcp-session-id"]
-            stop = {"method": "tools/call", "params": {"name": "stop", "arguments": {}}}
             assert '"is_stopped":true' in (await post(newest, **stop)).text
             assert [(await post(each)).status_code for each in (first, second)] == [200, 404]
 

@@ -58,6 +58,27 @@ def test_words_of_a_proposal_stand_behind_marks(played: Played, width: int) -> N
     assert proof == f"The proof, with names of the proposal (the first {MOST_LINES} of 401 lines):"
 
 
+def test_changes_are_of_all_that_was_approved(played: Played) -> None:
+    """Of the inputs and the seed, too; without any, that is said."""
+
+    def changes() -> list[str]:
+        parts = Shown.of(played.folder, played.site, "look").parts
+        return [
+            line
+            for part in parts
+            if part.title == "Changes since the last approval"
+            for line in part.lines
+            if not line.startswith((" ", "@", "---", "++"))
+        ]
+
+    played.prepare(text=TEXT, inputs={"word": "a"}, seed=0)
+    assert changes() == []
+    played.approve()
+    assert changes() == ["no difference"]
+    played.prepare(text=TEXT, inputs={"word": "b"}, seed=1)
+    assert changes() == ["-word = a", "-its seed: 0", "+word = b", "+its seed: 1"]
+
+
 def test_the_page_shows_the_same_parts(played: Played) -> None:
     """Words of the proposal are in boxes, where a line ends with a line feed only."""
     _shown(played, 80)
