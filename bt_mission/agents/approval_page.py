@@ -17,7 +17,6 @@ from starlette.responses import HTMLResponse, Response
 from starlette.routing import Route
 from typing_extensions import override
 
-from bt_mission.agents.evidence import evidence_of
 from bt_mission.agents.folder import AgentFolder
 from bt_mission.agents.permits import (
     ApprovalError,
@@ -26,7 +25,7 @@ from bt_mission.agents.permits import (
     has_passphrase,
     read_key,
 )
-from bt_mission.agents.shown import Shown
+from bt_mission.agents.shown import Shown, states
 from bt_mission.agents.site import load_site
 from bt_mission.agents.site_files import differing
 from bt_mission.core.errors import BtMissionError
@@ -89,11 +88,7 @@ class ApprovalServer(PageServer):
 
     def _list(self) -> Response:
         site = load_site(self._site_file)
-        proposals = []
-        for name in self._folder.names():
-            proposal = self._folder.proposal(name)
-            missing = evidence_of(self._folder, proposal, site).lacks(site, proposal)
-            proposals.append((name, "; ".join(missing) or "can be approved"))
+        proposals = list(states(self._folder, site))
         say = "" if proposals else f"no proposals in {self._folder.root}"
         return _page(f"Proposals for site '{site.name}'", say, proposals=proposals)
 

@@ -19,7 +19,7 @@ def fault_of(name: str) -> str | None:
     if name != " ".join(name.split(" ")).strip() or "  " in name:
         return "a name has no blanks at its ends, and no two in a row"
     for character in name:
-        if not character.isascii() and unicodedata.category(character)[0] not in "LMN":
+        if not character.isascii() and not _is_of_a_name(character):
             return f"U+{ord(character):04X} in a name: expected letters, digits and signs of ASCII"
     scripts = {script for character in name if (script := _script(character))}
     if len(scripts - _EAST_ASIAN) > 1 or not (
@@ -37,6 +37,12 @@ def shown_name(name: str) -> str:
     named = [unicodedata.name(each, f"U+{ord(each):04X}") for each in foreign][:_MOST_NAMED]
     more = ", ..." if len(foreign) > _MOST_NAMED else ""
     return f"'{name}' (not ASCII: {', '.join(named)}{more})"
+
+
+def _is_of_a_name(character: str) -> bool:
+    """Return whether it is a letter, a mark or a digit, and can be seen."""
+    is_selector = "VARIATION SELECTOR" in unicodedata.name(character, "")
+    return unicodedata.category(character)[0] in "LMN" and not is_selector
 
 
 def _script(character: str) -> str:

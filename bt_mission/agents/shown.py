@@ -19,6 +19,7 @@ from bt_mission.agents.evidence import Evidence, evidence_of
 from bt_mission.agents.folder import AgentFolder, Proposal
 from bt_mission.agents.names import shown_name
 from bt_mission.agents.site import Site
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.composer import split_lines
 from bt_mission.events.watched_mission import targets
@@ -108,6 +109,17 @@ class Shown:
             yield from ("", f"The worst run ({page}):")
             yield from (f"{THEIRS}{line}" for line in _map(self.recording, encoding))
         yield from ("", self.log)
+
+
+def states(folder: AgentFolder, site: Site) -> Iterator[tuple[str, str]]:
+    """Yield each proposal with what is missing for an approval, or why it cannot be read."""
+    for name in folder.names():
+        try:
+            proposal = folder.proposal(name)
+            missing = evidence_of(folder, proposal, site).lacks(site, proposal)
+            yield name, "; ".join(missing) or "can be approved"
+        except BtMissionError as error:
+            yield name, error.headline
 
 
 def _theirs(title: str, lines: Iterable[str], most: int | None = MOST_LINES) -> Part:

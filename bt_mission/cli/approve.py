@@ -49,7 +49,10 @@ def approve(options: argparse.Namespace) -> int:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise ApprovalError("approve asks a person: run it in a terminal")
     expires = f"within {site.written.expires:g} s, once"
-    answer = input(f"\nType the name of the proposal to let it drive {expires}: ")
+    try:
+        answer = input(f"\nType the name of the proposal to let it drive {expires}: ")
+    except EOFError:  # Ctrl-D
+        answer = ""
     if answer.strip() != shown.proposal.name:
         print("not approved")
         return MISSION_FAILED
@@ -79,13 +82,11 @@ def _serve(options: argparse.Namespace, key: Path) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    from bt_mission.agents.evidence import evidence_of
+    from bt_mission.agents.shown import states
 
     site, folder = site_of(options)
-    for name in folder.names():
-        proposal = folder.proposal(name)
-        missing = evidence_of(folder, proposal, site).lacks(site, proposal)
-        print(f"{name}: {'; '.join(missing) or 'can be approved'}")
+    for name, state in states(folder, site):
+        print(f"{name}: {state}")
     if not folder.names():
         print(f"no proposals in {folder.root}")
     return SUCCESS
@@ -107,7 +108,12 @@ def _make_key(path: Path) -> int:
 def _ask(prompt: str) -> str:
     from getpass import getpass
 
-    return getpass(prompt)
+    from bt_mission.agents.permits import ApprovalError
+
+    try:
+        return getpass(prompt)
+    except EOFError:
+        raise ApprovalError("no passphrase was typed") from None
 
 
 COMMANDS = {

@@ -89,6 +89,10 @@ def test_without_a_robot_stop_answers_at_once(ros: Any, played: Played) -> None:
     assert answer == {"is_stopped": False, "why": "no executive /bt_mission in this domain"}
 
 
+def _end_of_input(_: str) -> str:
+    raise EOFError  # Ctrl-D
+
+
 def test_approve_shows_everything_and_asks_in_a_terminal(
     played: Played, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -105,7 +109,21 @@ def test_approve_shows_everything_and_asks_in_a_terminal(
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setattr("builtins.input", lambda _: "yes")
     assert main(words) == 1
+    monkeypatch.setattr("builtins.input", _end_of_input)
+    assert main(words) == 1
     assert played.folder.permit("look") is None
     monkeypatch.setattr("builtins.input", lambda _: "look")
     assert main(words) == 0
     assert played.call("drive", name="look") == {"is_driving": True, "why": ""}
+
+
+def test_a_damaged_proposal_hides_no_other(
+    played: Played, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The list says what is wrong with it, as the page does."""
+    played.prepare()
+    played.folder.path("proposals", "bad").mkdir()
+    played.folder.path("proposals", "bad", "proposal.json").write_text("{")
+    assert main(["approve", "--site", str(played.root / "site.yaml")]) == 0
+    damaged = "proposals/bad/proposal.json: expected a JSON object [BT-1401]"
+    assert capsys.readouterr().out == f"bad: {damaged}\nlook: can be approved\n"

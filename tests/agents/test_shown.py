@@ -100,7 +100,7 @@ def test_the_page_shows_the_same_parts(played: Played) -> None:
         *((name, True) for name in ("keeps clear", "a: b (c), d_e-f.", "\u00fcber", "", "3 m")),
         *((name, True) for name in (LEFT, "e\u0301t\u00e9", "\u770b\u308b A")),
         *((name, False) for name in ("a  b", " a", "a ", "a\u0430", "\u03b1\u0430", "a\u2044b")),
-        *((name, False) for name in ("a\u2003b", "x" * 61, "\u770b\u0430", "a\u3000b")),
+        *((name, False) for name in ("a\u2003b", "x" * 61, "\u770b\u0430", "a\u3000b", "a\ufe00")),
     ],
 )
 def test_names_are_of_one_script(name: str, *, is_fine: bool) -> None:
