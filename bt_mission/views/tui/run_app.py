@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 from typing import Generic
@@ -78,7 +79,8 @@ class RunApp(WatchApp, Generic[R]):
         """Take the steps that are due."""
         wait_s = self._step_driver.advance()
         if not self._step_driver.is_over:
-            self.set_timer(wait_s, self.advance)
+            # Not `set_timer`: a timer of Textual that is late when it starts never fires.
+            asyncio.get_running_loop().call_later(wait_s, self.call_next, self.advance)
             return
         if self.report is None:  # a step has raised an exception, which `run_to_the_end` raises
             self.exit()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 from collections.abc import Generator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -88,6 +90,19 @@ def test_a_view_that_breaks_ends_the_mission_in_good_order(monkeypatch: pytest.M
     app = app_of(ScriptedRun(1_000_000))
     monkeypatch.setattr(app, "run", lambda: None)
     assert app.run_to_the_end().reason == "the end of the view"
+
+
+def test_a_slow_machine_loses_no_step(monkeypatch: pytest.MonkeyPatch):
+    """Steps are due in 1 ms, and each look at the clock comes later than that."""
+    looks = itertools.count()
+    monkeypatch.setattr("textual.timer._time", SimpleNamespace(get_time=lambda: next(looks) / 500))
+
+    async def play(screen: Screen) -> None:
+        for _ in range(50):
+            await screen.pilot.pause(0.001)
+        assert screen.app.report is not None  # type: ignore[attr-defined]
+
+    assert on_run(play, 5).taken == 5
 
 
 def test_an_exception_of_the_session_closes_the_view(monkeypatch: pytest.MonkeyPatch):
