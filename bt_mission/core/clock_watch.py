@@ -32,7 +32,7 @@ from types import FrameType, TracebackType
 from typing import Self, TypeVar
 
 from bt_mission.core.errors import BtMissionError, described
-from bt_mission.core.interrupts import SAME_WISH_S, SIGNALS, TookTooLong
+from bt_mission.core.interrupts import SAME_WISH_S, SIGNALS, TookTooLong, takes_signal
 from bt_mission.core.wall_clock import Stopwatch
 
 LOOK_S = 0.01
@@ -415,7 +415,7 @@ def _passed(before_s: float, now_s: float) -> tuple[float, float]:
 
 
 def _interrupt(_number: int, frame: FrameType | None) -> None:
-    if callback_in(frame) is not None:
+    if callback_in(frame) is not None and not takes_signal(frame):
         raise Interrupted
 
 

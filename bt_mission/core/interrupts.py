@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from types import FrameType
 from typing import Any, Self
 
@@ -31,11 +32,23 @@ def replaced_handlers(handler: Any) -> list[tuple[signal.Signals, Any]]:
 
     A SIGHUP that `nohup` has this process ignore stays ignored.
     """
+    taking = partial(_take_signal, handler)
     return [
-        (number, signal.signal(number, handler))
+        (number, signal.signal(number, taking))
         for number in SIGNALS
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN
     ]
+
+
+def _take_signal(handler: Any, number: int, frame: FrameType | None) -> None:
+    handler(number, frame)
+
+
+def takes_signal(frame: FrameType | None) -> bool:
+    """Return whether a stack is within a handler of signals, which loses one if it is cut off."""
+    while frame is not None and frame.f_code is not _take_signal.__code__:
+        frame = frame.f_back
+    return frame is not None
 
 
 def name_of(number: int) -> str:

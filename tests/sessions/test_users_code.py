@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading  # noqa: TID251 - a worker's task is in another thread
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -11,6 +12,7 @@ from typing import Any
 import pytest
 from rclpy import utilities
 
+from bt_mission.core import clock_watch, interrupts
 from bt_mission.core.clock_watch import LeftError, callback_in, refuse_leaving, told_by
 from bt_mission.core.diagnostics import InputError
 from bt_mission.executive.report import Report
@@ -176,6 +178,22 @@ def test_a_leaf_that_does_not_return_is_named_while_it_blocks(
     ran(written(tmp_path, "update", "threading.Event().wait()"), hold_limit_s=2.5)
     held = "holds the clock; virtual time stands still while it runs"
     assert lines[-1] == f"Leaf.update (leaf.py:14) {held}"
+
+
+def test_a_request_that_is_being_noted_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The code that holds the clock is interrupted after the handler of Ctrl-C, not within it."""
+
+    def interrupted_name(_number: int) -> str:
+        signal.raise_signal(clock_watch._KICK)
+        return "Ctrl-C"
+
+    monkeypatch.setattr(interrupts, "name_of", interrupted_name)
+    report = ran(
+        written(tmp_path, "update", "__import__('signal').raise_signal(2); return Status.RUNNING")
+    )
+    assert (report.status, report.reason) == ("interrupted", "interrupted by Ctrl-C")
 
 
 def test_a_worker_reports_code_that_does_not_return(
