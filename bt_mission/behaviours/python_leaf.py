@@ -164,6 +164,8 @@ class PythonLeaf(Hooked):
         expected = "Status.SUCCESS, Status.FAILURE or Status.RUNNING"
         hint = f"; write Status.{name}" if name in _STATUSES else ""
         got = "nothing" if status is None else describe(status)
+        if isinstance(status, Status):
+            got = f"Status.{status.name}"
         return (
             f"{self._named}: {kind.__name__}.update() ({place_of(kind.update)}) "
             f"returned {got}, expected {expected}{hint}"

@@ -19,18 +19,17 @@ import os
 import select
 import signal
 import sys
-import sysconfig
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from queue import SimpleQueue
 from types import FrameType, TracebackType
 from typing import Self, TypeVar
 
+from bt_mission.core.code_owner import owner_of
 from bt_mission.core.errors import BtMissionError, described
 from bt_mission.core.interrupts import SAME_WISH_S, SIGNALS, TookTooLong, takes_signal
 from bt_mission.core.wall_clock import Stopwatch
@@ -60,23 +59,6 @@ UNATTENDED_S = 10.0
 
 _KICK = signal.SIGRTMIN + 7
 """The signal that interrupts the main thread in a callback."""
-
-_DEBUGGERS = ("bdb", "pdb")
-_OURS = ("bt_mission", "sim", "action_servers")
-_CALLERS = (
-    "rclpy/task.py",
-    "rclpy/executors.py",
-    "rclpy/action/server.py",
-    "rclpy/action/client.py",
-    "py_trees/behaviour.py",
-    "bt_mission/executors/callbacks.py",
-    "bt_mission/behaviours/python_leaf.py",
-    "bt_mission/virtual_time/execute_callbacks.py",
-)
-"""The modules that call callbacks, also those of installed packages."""
-
-_MESSAGES = ("msg", "srv", "action")
-"""The folders of generated classes, which rclpy calls, too."""
 
 T = TypeVar("T")
 
@@ -116,24 +98,6 @@ class Holder:
 # ---- whose code a stack shows -----------------------------------------------------------------
 
 
-@lru_cache(maxsize=4096)
-def _owner(file: str) -> str:
-    """Return whose code a file is: caller, ours, debugger, library, package, or user."""
-    if file.startswith("<"):
-        return "library"
-    if file.endswith(_CALLERS):
-        return "caller"
-    here = Path(__file__).resolve().parents[2]
-    path = Path(file)
-    if any(path.is_relative_to(here / name) for name in _OURS):
-        return "ours"
-    if "site-packages" in path.parts or "dist-packages" in path.parts:
-        return "library" if path.parent.name in _MESSAGES else "package"
-    if path.is_relative_to(sysconfig.get_path("stdlib")):
-        return "debugger" if path.stem in _DEBUGGERS else "library"
-    return "user"
-
-
 def callback_in(frame: FrameType | None) -> Holder | None:
     """Return the callback of a user that a stack shows, and where it is; None without one.
 
@@ -143,19 +107,19 @@ def callback_in(frame: FrameType | None) -> Holder | None:
     inner: list[FrameType] = []
     callback: list[FrameType] = []
     while frame is not None:
-        owner = _owner(frame.f_code.co_filename)
+        owner = owner_of(frame.f_code.co_filename)
         if owner == "debugger":
             return None
         if owner in ("user", "package"):
             inner.append(frame)
-            caller = _owner(frame.f_back.f_code.co_filename) if frame.f_back else ""
+            caller = owner_of(frame.f_back.f_code.co_filename) if frame.f_back else ""
             if caller == "caller" or (owner == "user" and caller == "ours"):
                 callback = list(inner)
         frame = frame.f_back
     if not callback:
         return None
     written = [
-        frame for frame in callback if _owner(frame.f_code.co_filename) == "user"
+        frame for frame in callback if owner_of(frame.f_code.co_filename) == "user"
     ] or callback[-1:]
     code = written[-1].f_code
     name = getattr(code, "co_qualname", code.co_name).replace("<locals>.", "")
@@ -182,7 +146,7 @@ def refuse_leaving(error: BaseException) -> None:
     else:
         file = getattr(sys.modules.get(type(error).__module__), "__file__", None)
         is_theirs = isinstance(error, SystemExit | GeneratorExit) or (
-            file is not None and _owner(file) in ("library", "user")
+            file is not None and owner_of(file) in ("library", "user")
         )
     if is_theirs:
         what = described(error)

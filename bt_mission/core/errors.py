@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import inspect
+import traceback
 from pathlib import Path
 from typing import Any
+
+from bt_mission.core.code_owner import owner_of
 
 
 class BtMissionError(Exception):
@@ -42,14 +45,14 @@ class NotThereError(BtMissionError):
 
 
 def described(error: BaseException) -> str:
-    """Return an exception in one line, with the place that raised it."""
-    innermost = error.__traceback__
-    while innermost is not None and innermost.tb_next is not None:
-        innermost = innermost.tb_next
+    """Return an exception in one line, with the innermost place in a user's code, or of all."""
+    at = [
+        (frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)
+    ]
     place = ""
-    if innermost is not None:
-        file = Path(innermost.tb_frame.f_code.co_filename).name
-        place = f" ({file}:{innermost.tb_lineno})"
+    if at:
+        file, line = ([one for one in at if owner_of(one[0]) == "user"] or at)[-1]
+        place = f" ({Path(file).name}:{line})"
     text = f": {error}" if str(error) else ""
     return f"{type(error).__name__}{text}{place}"
 

@@ -157,7 +157,7 @@ def test_a_halt_reaches_its_terminate(play: Any, write: Any) -> None:
         ("'SUCCESS'", "returned string 'SUCCESS', expected Status.SUCCESS, Status.FAILURE or"),
         ("None", "returned nothing, expected"),
         ("True", "returned true, expected"),
-        ("Status.INVALID", "expected Status.SUCCESS"),
+        ("Status.INVALID", "returned Status.INVALID, expected Status.SUCCESS"),
     ],
 )
 def test_what_is_no_status_is_reported_with_its_file_and_line(

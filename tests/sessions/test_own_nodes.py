@@ -437,6 +437,12 @@ def test_a_goal_that_no_callback_ends_is_aborted_with_the_reason(
     assert "Goal state not set" not in logged
 
 
+def test_an_exception_of_a_library_has_the_place_in_the_users_code(tmp_path: Path) -> None:
+    """A place within the library would tell its user nothing."""
+    path = executing(tmp_path, f"  action: {FIB}\n", "import json; json.loads('')")
+    assert ran(load(path), tmp_path).reason.endswith("(char 0) (server.py:11)")
+
+
 def test_a_mission_recovers_from_an_execute_callback_that_raises(tmp_path: Path) -> None:
     """The goal fails, not the mission."""
     tree = f"  fallback:\n    - action: {FIB}\n    - log: plan B\n"

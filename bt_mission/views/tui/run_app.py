@@ -99,7 +99,7 @@ class RunApp(WatchApp, Generic[R]):
     def action_leave(self) -> None:
         """End the mission, as Ctrl-C does; leave once it has ended, or after a second request."""
         if self.report is None:
-            self._interrupts.note("the user")
+            self._interrupts.note("user request")
             self.show_notice("stopping; waiting until all goals have ended; q again exits at once")
         if self.report is not None or self._interrupts.count > 1:
             self.exit()

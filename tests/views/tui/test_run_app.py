@@ -67,7 +67,7 @@ def test_leaving_ends_the_mission_first():
         await screen.press("q")
         assert not screen.app._exit
         await ended(screen)
-        assert screen.app.report.reason == "the user"  # type: ignore[attr-defined]
+        assert screen.app.report.reason == "user request"  # type: ignore[attr-defined]
 
     assert on_run(play, 1_000_000).interrupts.count == 1
 
