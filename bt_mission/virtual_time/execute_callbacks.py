@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionServer
 from rclpy.executors import await_or_execute
 from rclpy.node import Node
@@ -54,8 +55,9 @@ class ExecuteCallbacks:
 
         Raises:
             BtMissionError: When the callback returns no result of the action, for which rclpy
-                raises an exception that names neither the node nor the callback, or when it would
-                end the process.
+                raises an exception that names neither the node nor the callback; when it raises an
+                exception after the goal has succeeded, whose client receives an empty result as a
+                success; or when it would end the process.
             Interrupted: When the callback was interrupted.
         """
         server: ActionServer = execute_goal.__self__
@@ -75,6 +77,12 @@ class ExecuteCallbacks:
                 cause = described(error)
                 self._raised[bytes(goal.goal_id.uuid)] = cause
                 named = _named(callback, actions_of(server), server._node)
+                if goal.status == GoalStatus.STATUS_SUCCEEDED:
+                    wrong = BtMissionError(
+                        f"{named} raised {cause}, after goal.succeed(); the result is empty",
+                        code="BT-903",
+                    )
+                    return expected.Result()
                 log_of(server._node).error(f"{named} raised {cause}")
                 if goal.is_active:
                     goal.abort()

@@ -473,6 +473,44 @@ def test_an_execute_callback_without_a_result_ends_the_mission(
     )
 
 
+@pytest.mark.parametrize(
+    ("body", "cause"),
+    [
+        ("return Fibonacci.Result(sequence=['one'])", "TypeError: 'str' object cannot be"),
+        ("goal.succeed()", "RCLError: Failed to update goal state"),
+        (RAISES, "ValueError: jammed"),
+    ],
+)
+def test_an_exception_after_success_ends_the_mission(tmp_path: Path, body: str, cause: str) -> None:
+    """The client would receive an empty result as a success. The place is the user's line."""
+    path = executing(tmp_path, f"  action: {FIB}\n", f"goal.succeed()\n        {body}")
+    report = ran(load(path), tmp_path)
+    assert (report.status, report.goals_left_behind) == ("failure", 0)
+    head, _, tail = report.reason.partition(cause)
+    assert head == (
+        "a callback failed: Server.compute() (server.py:10), for '/fib' of node '/numbers', raised "
+    )
+    assert tail.endswith(" (server.py:12), after goal.succeed(); the result is empty [BT-903]")
+
+
+@pytest.mark.parametrize(
+    ("body", "prefix"),
+    [
+        ("goal.canceled()", ""),  # not asked to cancel
+        ("goal.publish_feedback(Fibonacci.Result())", ""),
+        ("Fibonacci.Result().sequence = 5", ""),
+        ("import asyncio; await asyncio.sleep(1)", "async "),
+    ],
+)
+def test_the_place_of_an_error_that_a_library_raises_is_the_callers(
+    tmp_path: Path, body: str, prefix: str
+) -> None:
+    """Of Python's library, of rclpy, and of generated interfaces."""
+    report = ran(load(executing(tmp_path, f"  action: {FIB}\n", body, prefix)), tmp_path)
+    assert report.reason.startswith("'fib' aborted: /fib: ")
+    assert report.reason.endswith(" (server.py:11)")
+
+
 def test_a_test_of_pytest_adds_nodes(tmp_path: Path) -> None:
     """An option of the run, which takes anything that makes a node."""
 
