@@ -123,7 +123,13 @@ class _XmlParser:
             message = f"<{top.tag}> of line {top.at[0]} is not closed here"
             return message, at, f"expected '</{top.tag}>'"
         if problem == "not well-formed (invalid token)":
-            return _MESSAGES[problem], at, self._token_hint(offset)
+            character = self._text[offset : offset + 1]
+            named = (
+                f"{_MESSAGES[problem]}: unexpected {quoted(character)}"
+                if character
+                else _MESSAGES[problem]
+            )
+            return named, at, self._token_hint(offset)
         return _MESSAGES.get(problem, f"invalid XML: {problem or error}"), at, None
 
     def _token_hint(self, offset: int) -> str | None:
@@ -132,6 +138,8 @@ class _XmlParser:
             return f'put the value in quotes: {match[1]}="..."'
         if set(self._text[max(offset - 1, 0) : offset + 1]) & {"&", "<"}:
             return "write '&amp;' for '&' and '&lt;' for '<' in text"
+        if self._text[offset : offset + 1] == ",":
+            return "separate attributes by spaces"
         return None
 
     def _start(self, tag: str, flat: list[str]) -> None:

@@ -11,7 +11,7 @@ from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.parser import Command, Option
 from bt_mission.cli.web import edit_server, page_options, require_server
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.file_kinds import PLAIN, RUNS
+from bt_mission.core.file_kinds import PARAMETERS, PLAIN, RUNS
 from bt_mission.core.files import SUFFIXES
 
 EPILOG = """\
@@ -62,7 +62,7 @@ COMMANDS = {
                 "file",
                 "a YAML file, also a new one, or a folder (default: this folder)",
                 type=Path,
-                takes=(*RUNS, *PLAIN, "site", "parameters"),
+                takes=(*RUNS, *PLAIN, *PARAMETERS, "site"),
                 nargs="?",
                 default=Path(),
                 check=partial(require_server, "bt-mission edit"),

@@ -25,6 +25,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import EPILOG, checked
 from bt_mission.cli.view import VIEW
+from bt_mission.core.file_kinds import PARAMETERS
 from bt_mission.core.files import find
 
 ROBOT_MODEL = "waffle"
@@ -117,7 +118,7 @@ _REAL = Option(
 _WALL_CLOCK = WALL_CLOCK.but(help="use this machine's clock instead of /clock")
 _WALL_CLOCK_REAL = WALL_CLOCK.but(help=f"{_WALL_CLOCK.help}, as with a real robot")
 _PARAMETERS = Option(
-    "--params FILE", "ROS parameter file", completes="parameters", takes=("parameters",)
+    "--params FILE", "ROS parameter file", completes="parameters", takes=PARAMETERS
 )
 
 

@@ -43,6 +43,10 @@ FORMATS = {
     ),
     "site": Format("the file of a site", "use `bt-mission serve --site {}`"),
     "parameters": Format("a ROS parameter file", "use `bt-mission servers --params {}`"),
+    "foreign parameters": Format(
+        "a ROS parameter file of other nodes",
+        "the limits of goals are in a robot file: see `bt-mission docs files#robots`",
+    ),
     "recording": Format("a recording", "use `bt-mission replay {}`"),
     "foreign recording": Format(
         "a recording (MCAP) of another program",
@@ -85,6 +89,7 @@ RUNS = (*MISSIONS, "scenario", "fleet")
 PLAIN = ("world", "robot", "requirements", "ranges")
 """Those of YAML that hold no mission."""
 RECORDINGS = ("recording", "foreign recording")
+PARAMETERS = ("parameters", "foreign parameters")
 
 _MCAP, _GZIP, _ZSTANDARD = b"\x89MCAP0\r\n", b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
 _SQLITE = b"SQLite format 3\0"
@@ -112,13 +117,14 @@ _BY_SUFFIX = {
     ".world": "sdf",
     **dict.fromkeys((".action", ".msg", ".srv"), "interface"),
 }
+_OUR_NODES = re.compile(r"^[ ]*['\"]?(/?\*|[\w/*]*bt_mission)", re.MULTILINE)
 _FOREIGN_YAML = {
     "map": re.compile(r"^(image|resolution|occupied_thresh)[ ]*:", re.MULTILINE),
     "bag metadata": re.compile(r"^rosbag2_bagfile_information[ ]*:", re.MULTILINE),
     "parameters": re.compile(r"^[ ]+ros__parameters[ ]*:", re.MULTILINE),
     "site": re.compile(r"^(site|approvers)[ ]*:", re.MULTILINE),
 }
-_RARE = ("tree", "foreign recording", "bag folder")
+_RARE = ("tree", "foreign recording", "bag folder", "foreign parameters")
 _BEGINNING = 4096
 
 
@@ -164,7 +170,9 @@ def _yaml(text: str) -> str | None:
     known = known_kind_of_text(text)
     if known in (*RUNS, "world", "robot"):
         return known
-    return next((name for name, key in _FOREIGN_YAML.items() if key.search(text)), known)
+    kind = next((name for name, key in _FOREIGN_YAML.items() if key.search(text)), known)
+    is_foreign = kind == "parameters" and not _OUR_NODES.search(text)
+    return "foreign parameters" if is_foreign else kind
 
 
 def _by_name(path: Path) -> str | None:

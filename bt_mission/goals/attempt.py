@@ -326,9 +326,12 @@ class Attempt:
         if now_ns - self._cancel_ns < self._limits.cancel * NS:
             return None
         self._ledger.release_goal(goal, now_ns)
-        return AttemptResult(
-            Outcome.UNCONFIRMED, f"{why} did not confirm the cancel in {self._limits.cancel:g} s"
+        done = (
+            "sent no result of the ended goal"
+            if goal.lacks_result
+            else "did not confirm the cancel"
         )
+        return AttemptResult(Outcome.UNCONFIRMED, f"{why} {done} in {self._limits.cancel:g} s")
 
     def _read_end(self, goal: Goal, now_ns: int) -> AttemptResult:
         name, after = self._goal_client.name, self._after_cancel

@@ -153,6 +153,8 @@ class Goal:
     phase: Phase = Phase.SENT
     accepted: bool = False
     cancel_refused: bool = False
+    lacks_result: bool = False
+    """Its server has answered a cancel: the goal has ended. Its result is not here."""
     status: GoalStatus | None = None
     result: Any = None
     refusal: Callable[[], str] = str

@@ -244,6 +244,7 @@ class RosGoalClient(RosClient):
                 self.recover_goal(goal)
                 goal.on(Event.ACCEPTED)
         elif is_over:
+            goal.lacks_result = True
             self.ask_result(goal)
         elif answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID:
             self._handles.pop(goal.id, None)

@@ -221,6 +221,7 @@ def test_an_exception_stops_the_robot_before_it_ends_the_process(
 
     node: Any = SimpleNamespace(
         is_done=False,
+        refuse_conflicts=lambda _: None,
         begin=lambda: events.append("begin"),
         end=lambda why, _: events.append(why.partition(" (")[0]),
     )

@@ -59,6 +59,18 @@ def test_cancel_and_result_may_cross(ros: Any, first: str) -> None:
     assert node.executive.goals_left_behind == ()
 
 
+def test_a_result_that_never_follows_the_end(ros: Any) -> None:
+    """Servers of courses succeed first, then work: the reason is not an unconfirmed cancel."""
+    turn, node = ros.turning("mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 1\n", cancels=None)
+    ros.until(lambda: turn.goal.cancels)
+    turn.goal.answer_cancel(3, taken=False)
+    ros.until(lambda: node.executive.is_done)
+    assert outcome(node.executive, "turn") == (
+        "unconfirmed: not done within 1 s, but /turn sent no result of the ended goal in 3 s"
+    )
+    assert len(node.executive.goals_left_behind) == 1
+
+
 def test_a_server_that_no_longer_knows_the_goal(ros: Any) -> None:
     """BehaviorTree.ROS2#129, BehaviorTree.ROS2#134: an outcome, not a crash."""
     turn, node = ros.turning(TURN, accepts=None)
