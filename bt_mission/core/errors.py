@@ -51,7 +51,7 @@ def described(error: BaseException) -> str:
     ]
     place = ""
     if at:
-        file, line = ([one for one in at if owner_of(one[0]) == "user"] or at)[-1]
+        file, line = ([entry for entry in at if owner_of(entry[0]) == "user"] or at)[-1]
         place = f" ({Path(file).name}:{line})"
     text = f": {error}" if str(error) else ""
     return f"{type(error).__name__}{text}{place}"
