@@ -1,7 +1,8 @@
 """The executive as a server: one mission at a time, each a goal of ``execute_mission``.
 
-A goal stays accepted, and not yet executing, while the mission before it ends. The goals of a
-mission that is cancelled, replaced or stopped end first; then the mission does.
+A goal stays accepted, and not yet executing, while the mission before it ends; that one is told
+to end only once the newer one is loaded and checked. The goals of a mission that is cancelled,
+replaced or stopped end first; then the mission does.
 """
 
 from __future__ import annotations
@@ -135,6 +136,14 @@ class MissionServerOptions:
     editable: bool = False
 
 
+@dataclass(frozen=True)
+class _Waiting:
+    """A goal that starts when the mission before it has ended, and its mission, checked."""
+
+    handle: ServerGoalHandle
+    mission: Mission
+
+
 class BoundedMissionServer(BoundedRequests, ActionServer):
     """An action server of rclpy, whose requests are bounded."""
 
@@ -170,7 +179,7 @@ class MissionServer(ValidClock, Node):
         self._lines = RateLimit(1.0, MOST_LINES)
         self._closed: str | None = None
         self._run: ServedSession | None = None
-        self._waiting: ServerGoalHandle | None = None
+        self._waiting: _Waiting | None = None
         self._ends: dict[bytes, Future] = {}
         self._status_publisher = StatusPublisher(self)
         self._status_publisher.publish_idle()
@@ -234,8 +243,8 @@ class MissionServer(ValidClock, Node):
             if run.is_done:
                 self._finish(run)
         if self._run is None and self._waiting is not None:
-            handle, self._waiting = self._waiting, None
-            self._start(handle)
+            waiting, self._waiting = self._waiting, None
+            self._start(waiting)
 
     async def _revise(self, request: Any) -> Revision:
         assert self._run is not None, "a mission runs"
@@ -283,16 +292,23 @@ class MissionServer(ValidClock, Node):
             handle.execute()
             self._end(handle, Result.UNSOUND, why)
             return
+        try:
+            self._refuse_duplicates()
+            mission = self._missions.load(handle.request)
+        except Exception as error:  # noqa: BLE001 - a user's module may raise when it is imported
+            handle.execute()
+            self._refuse(handle, error)
+            return
         if self._waiting is not None:
             self._give_up(REPLACED)
         if self._run is not None:
             self._run.executive.interrupt(REPLACED)
-        self._waiting = handle
+        self._waiting = _Waiting(handle, mission)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._run is not None and handle == self._run.handle:
             self._run.executive.interrupt("canceled")
-        elif self._waiting is not None and handle == self._waiting:
+        elif self._waiting is not None and handle == self._waiting.handle:
             self._give_up("canceled")
         return CancelResponse.ACCEPT
 
@@ -316,16 +332,17 @@ class MissionServer(ValidClock, Node):
 
     def _give_up(self, reason: str) -> None:
         """End the goal that waits."""
-        handle, self._waiting = self._waiting, None
-        assert handle is not None
-        handle.execute()
-        self._end(handle, Result.STOPPED, reason)
+        waiting, self._waiting = self._waiting, None
+        assert waiting is not None
+        waiting.handle.execute()
+        self._end(waiting.handle, Result.STOPPED, reason)
 
-    def _start(self, handle: ServerGoalHandle) -> None:
+    def _start(self, waiting: _Waiting) -> None:
+        handle = waiting.handle
         handle.execute()
         try:
             self._refuse_duplicates()
-            mission = self._missions.load(handle.request)
+            mission = self._missions.begin(handle.request, waiting.mission)
             node = MissionNode(
                 mission,
                 RunnerOptions(
@@ -338,15 +355,8 @@ class MissionServer(ValidClock, Node):
                 ),
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )
-        except BtMissionError as error:
-            self._say(f"mission not started:\n{error}")
-            why = error.on_one_line if isinstance(error, InputError) else str(error)
-            self._end(handle, Result.UNSOUND, why)
-            return
         except Exception as error:  # noqa: BLE001 - a user's behaviour may raise when it is made
-            why = f"the mission cannot be set up: {type(error).__name__}: {error}"
-            self._say(why)
-            self._end(handle, Result.UNKNOWN, why)
+            self._refuse(handle, error)
             return
         self._run = served = ServedSession(handle, node, self)
         self.host(node)
@@ -355,6 +365,17 @@ class MissionServer(ValidClock, Node):
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(node.runner, node.runner.requirements)
         self._snapshots.begin(node.runner)
+
+    def _refuse(self, handle: ServerGoalHandle, error: Exception) -> None:
+        """End a goal whose mission cannot start."""
+        if isinstance(error, BtMissionError):
+            self._say(f"mission not started:\n{error}")
+            why = error.on_one_line if isinstance(error, InputError) else str(error)
+            self._end(handle, Result.UNSOUND, why)
+            return
+        why = f"the mission cannot be set up: {type(error).__name__}: {error}"
+        self._say(why)
+        self._end(handle, Result.UNKNOWN, why)
 
     def _refuse_duplicates(self) -> None:
         """Raise BtMissionError if two robots would be taken for one."""

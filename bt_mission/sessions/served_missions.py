@@ -89,6 +89,14 @@ class ServedMissions:
             )
         return required(examine(source, values, seed, servers=None, permissions=permissions))
 
+    def begin(self, _goal: Any, loaded: Mission) -> Mission:
+        """Return the mission to start now, of a goal that was loaded when it came.
+
+        Raises:
+            BtMissionError: It may not start any more.
+        """
+        return loaded
+
     def find(self, wanted: str) -> Path:
         """Return the file of a mission: a path from a folder, or as `run` takes it; or a name.
 

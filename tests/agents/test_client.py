@@ -7,7 +7,9 @@ import re
 from typing import Any
 
 import pytest
+from bt_mission_interfaces.action import ExecuteMission
 from mcp.client import Client
+from rclpy.action import ActionClient
 
 from bt_mission.agents.door import Door
 from bt_mission.agents.permitted import PermittedMissions
@@ -15,7 +17,8 @@ from bt_mission.agents.robot import RosRobot
 from bt_mission.agents.server import agent_server
 from bt_mission.cli import main
 from bt_mission.core.wall_clock import Stopwatch
-from tests.support.agents import Played
+from tests.support.agents import TURN, Played
+from tests.support.mission_goals import Sent
 
 DRAFT = "mission: look\ntree:\n  turn: {angel: 90}\n  timeout: 20\n"
 
@@ -79,6 +82,33 @@ def test_a_client_mends_its_mission_drives_once_and_stops(
         serving.cancel()
 
     asyncio.run(session())
+    assert len(turn.goals) == 1
+
+
+def test_a_permit_is_spent_only_when_its_mission_starts(ros: Any, played: Played) -> None:
+    """Without one nothing is replaced; with one that waits and is cancelled, it stays valid."""
+    ros.serve(PermittedMissions(site=played.site, folder=played.folder))
+    turn = ros.server(cancels=None)
+    goals = ActionClient(ros.client, ExecuteMission, "execute_mission")
+    for name in ("first", "second"):
+        played.prepare(name, TURN)
+    played.approve("first")
+    first = Sent(ros, goals, path="permit:first")
+    ros.until(lambda: turn.goals)
+    assert "has no permit" in Sent(ros, goals, path="permit:second").end()[1].error_msg
+    assert "was used" in Sent(ros, goals, path="permit:first").end()[1].error_msg
+    assert (turn.goal.cancels, first.is_done) == (0, False)
+    permit = played.approve("second")
+    second = Sent(ros, goals, path="permit:second")
+    second.cancel()
+    assert second.end()[0] == "canceled"
+    assert not played.folder.path("used", permit.id).exists()
+    late = Sent(ros, goals, path="permit:second")
+    played.clock_s += 1e6
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    assert first.end()[1].error_msg == "replaced by a newer mission"
+    assert "has expired" in late.end()[1].error_msg
     assert len(turn.goals) == 1
 
 

@@ -174,6 +174,44 @@ def test_a_newer_mission_replaces_the_one_that_runs(ros: Any, send: Any, turning
     assert turn.goal.request.angle == 3.0
 
 
+@pytest.mark.parametrize(
+    "goal",
+    [{"path": "nonsense"}, {"text": "mission: m\ntree:\n  trun: {}\n"}, {"text": TURN, "seed": -2}],
+)
+def test_what_cannot_run_replaces_nothing(
+    ros: Any, send: Any, turning: Any, goal: dict[str, Any]
+) -> None:
+    """Neither the mission that runs nor the one that waits; those end as if it had never come."""
+    turn, first = turning({"cancels": None})
+    assert send(**goal).end()[1].error_code == 909
+    assert turn.goal.cancels == 0
+    second = send(text=TURN, inputs=["angle=2"])
+    assert send(**goal).end()[1].error_code == 909
+    assert (first.is_done, second.is_done) == (False, False)
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    assert first.end()[1].error_msg == "replaced by a newer mission"
+    ros.until(lambda: len(turn.goals) == 2)
+    turn.goal.succeed()
+    assert second.end()[0] == "succeeded"
+
+
+def test_a_mission_that_waits_is_as_it_was_sent(ros: Any, turning: Any, tmp_path: Any) -> None:
+    """Its file may change in the meantime."""
+    turn, first = turning({"cancels": None}, missions=ServedMissions((tmp_path,), allow_text=True))
+    (tmp_path / "later.yaml").write_text(TURN.replace("90", "2"))
+    client = ActionClient(ros.client, ExecuteMission, "execute_mission")
+    second = Sent(ros, client, path="later")
+    (tmp_path / "later.yaml").write_text("mission: broken\n")
+    turn.goal.answer_cancel()
+    turn.goal.cancel()
+    assert first.end()[0] == "aborted"
+    ros.until(lambda: len(turn.goals) == 2)
+    assert turn.goal.request.angle == 2.0
+    turn.goal.succeed()
+    assert second.end()[0] == "succeeded"
+
+
 def test_a_mission_that_waits_can_be_cancelled(send: Any, turning: Any) -> None:
     """The one that runs has been told to end all the same."""
     turn, first = turning({"cancels": None})

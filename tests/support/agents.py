@@ -91,7 +91,7 @@ class Robot:
         """Send a goal, as any node of the graph may."""
         goal = SimpleNamespace(**{"path": path, "text": "", "inputs": [], "seed": -1, **fields})
         try:
-            self.driven.append(self.missions.load(goal))
+            self.driven.append(self.missions.begin(goal, self.missions.load(goal)))
         except BtMissionError as error:
             return {"is_driving": False, "why": error.headline}
         return {"is_driving": True, "why": ""}
