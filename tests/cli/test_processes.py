@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from bt_mission.core.interrupts import SAME_WISH_S
 from bt_mission.recording.reader import read_run
-from bt_mission.testing.live_graph import LOCAL
+from bt_mission.testing.live_graph import LOCAL, command
 from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
@@ -454,3 +455,30 @@ def test_a_mission_is_served_when_the_reader_of_the_output_has_left(
     assert serve.poll() is None
     serve.send_signal(signal.SIGINT)
     serve.wait(timeout=PATIENCE_S)
+
+
+SITE = """\
+site: lab
+robot: burger
+world: empty_arena
+requirements: {is slow: always speed < 0.3}
+approvers: ["AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="]
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "output"), [("actions list --json", "[]\n"), ("mcp --site {site}", "")]
+)
+def test_what_libraries_print_is_not_in_the_output(write: Write, words: str, output: str) -> None:
+    """Fast DDS prints errors to standard output, here for want of room in shared memory."""
+    ended = subprocess.run(
+        command(*words.format(site=write("site.yaml", SITE)).split()),
+        env=os.environ | LOCAL,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)),
+    )
+    assert (ended.returncode, ended.stdout) == (0, output)
+    assert "RTPS" in ended.stderr

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import fcntl
+import io
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -70,6 +73,33 @@ def escaped_output() -> Iterator[None]:
         yield
     finally:
         sys.stdout, sys.stderr = before
+
+
+def keep_output_for_python() -> None:
+    """Send what others than Python write to standard output to standard error.
+
+    Fast DDS prints its errors there, in the middle of what another program reads. On a terminal
+    everything stays as it is.
+    """
+    stream = sys.stdout
+    if not isinstance(stream, io.TextIOWrapper) or stream.isatty():
+        return
+    stream.flush()
+    number = stream.fileno()
+    own = fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, 3)  # not that of a closed standard error
+    sys.stdout = io.TextIOWrapper(
+        os.fdopen(own, "wb", 0 if isinstance(stream.buffer, io.RawIOBase) else -1),
+        encoding=stream.encoding,
+        errors=stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )
+    try:
+        os.dup2(2, number)
+    except OSError:  # it is closed
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, number)
+        os.close(nowhere)
 
 
 def unescaped(stream: TextIO) -> TextIO:
