@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from collections.abc import Callable, Coroutine
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import input_file, port
-from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.options import NETWORK, prepare_graph
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.core.errors import BtMissionError
@@ -104,7 +106,12 @@ def mcp(options: argparse.Namespace) -> int:
         door = Door(site, folder, robot, run_in_child, examiner)
         print(f"site '{site.name}' offers {len(door.offer['actions'])} actions", file=sys.stderr)
 
+        async def close() -> None:
+            await door.close()
+            await examiner.close()
+
         async def serve() -> None:
+            _close_on_signal(close)
             server, beside = agent_server(door), robot.serve_forever()
             try:
                 if options.http:
@@ -114,11 +121,39 @@ def mcp(options: argparse.Namespace) -> int:
                 else:
                     await serve_stdio(server, beside)
             finally:
-                await door.close()
-                await examiner.close()
+                await close()
 
         asyncio.run(serve())
     return SUCCESS
+
+
+def _close_on_signal(close: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    """Have the first signal end a running job before the process, and the second one end both.
+
+    The thread that reads standard input cannot be ended: the process does not wait for it.
+    """
+    import asyncio
+    import signal
+
+    from bt_mission.core.interrupts import SIGNALS
+
+    loop = asyncio.get_running_loop()
+    leaving: list[asyncio.Task[None]] = []
+
+    async def leave() -> None:
+        try:
+            await close()
+        finally:
+            os._exit(INTERRUPTED)
+
+    def note() -> None:
+        if leaving:
+            os._exit(INTERRUPTED)
+        leaving.append(loop.create_task(leave()))
+
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            loop.add_signal_handler(number, note)
 
 
 def _serve(graph: GraphConnection) -> None:

@@ -482,3 +482,42 @@ def test_what_libraries_print_is_not_in_the_output(write: Write, words: str, out
     )
     assert (ended.returncode, ended.stdout) == (0, output)
     assert "RTPS" in ended.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_during_the_job_of_an_agent_leaves_no_files(
+    write: Write, tmp_path: Path, number: signal.Signals
+) -> None:
+    """The job ends first, with its folder."""
+    with subprocess.Popen(
+        command("mcp", "--site", write("site.yaml", SITE)),
+        env=os.environ | LOCAL,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as process:
+        written, read = process.stdin, process.stdout
+        assert written is not None
+        assert read is not None
+
+        def send(call: int | None, method: str, **params: Any) -> None:
+            message = {"jsonrpc": "2.0", "method": method, "params": params}
+            print(json.dumps(message | ({"id": call} if call else {})), file=written, flush=True)
+
+        def ask(call: int, tool: str, **arguments: Any) -> Any:
+            send(call, "tools/call", name=tool, arguments=arguments)
+            answers = (json.loads(line) for line in read)
+            return next(each for each in answers if each.get("id") == call)["result"]
+
+        client = {"name": "test", "version": "1"}
+        send(1, "initialize", protocolVersion="2025-03-26", capabilities={}, clientInfo=client)
+        send(None, "notifications/initialized")
+        ask(2, "propose", name="m", text="mission: m\ntree: {wait: 1}\n")
+        send(3, "tools/call", name="prove", arguments={"name": "m"})
+        assert ask(4, "status")["structuredContent"]["job"] == "prove m"
+        work = tmp_path / "agents/proposals"
+        assert len(list(work.glob(".work-*"))) == 1
+        process.send_signal(number)
+        assert process.wait(PATIENCE_S) == 130
+        assert not list(work.glob(".work-*"))
