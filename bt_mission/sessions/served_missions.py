@@ -127,7 +127,9 @@ class ServedMissions:
         """Return the names of the missions right in the folders, sorted."""
         suffixes = (*files.SUFFIXES, XML)
         paths = (path for folder in self.folders for path in folder.iterdir())
-        return sorted({path.stem for path in paths if path.suffix in suffixes})
+        return sorted(
+            {path.stem for path in paths if path.suffix in suffixes and files.is_file(path)}
+        )
 
 
 def folders_to_serve(chosen: Sequence[Path]) -> tuple[Path, ...]:

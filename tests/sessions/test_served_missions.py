@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,13 @@ def test_nothing_else_is_found(inside: Path, path: str) -> None:
     output = refused(ServedMissions((inside,)), path=path)
     assert "no such mission" in output
     assert "swordfish" not in output
+
+
+def test_only_files_are_known(inside: Path) -> None:
+    """Neither a pipe nor a folder is a mission, whatever its name."""
+    os.mkfifo(inside / "pipe.yaml")
+    (inside / "folder.yaml").mkdir()
+    assert ServedMissions((inside,)).names() == ["hello"]
 
 
 @pytest.mark.parametrize("entry", ["../secret.yaml", "link.yaml", "/etc/passwd", "../nothing.yaml"])
