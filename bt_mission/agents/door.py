@@ -20,7 +20,7 @@ from bt_mission.agents.folder import (
     Proposal,
     ProposalError,
     checked_name,
-    refuse_large,
+    refuse_unfit,
 )
 from bt_mission.agents.jobs import (
     WAIT_S,
@@ -93,7 +93,7 @@ class Door:
     async def check(self, text: str, inputs: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Check the text of a mission for this site, without keeping it."""
         proposal = Proposal("mission", text, dict(inputs or {}))
-        refuse_large(proposal)
+        refuse_unfit(proposal)
         self.site.refuse_changed()
         examination = await self._examine(proposal)
         return {
@@ -110,7 +110,7 @@ class Door:
             InputError: The mission has errors; nothing is kept.
         """
         proposal = Proposal(checked_name(name), text, dict(inputs or {}), seed or 0)
-        refuse_large(proposal)
+        refuse_unfit(proposal)
         self.site.refuse_changed()
         if seed is None:
             proposal = replace(proposal, seed=seed_of(text))

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import stat
+import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass, field
 from operator import index
@@ -22,6 +23,8 @@ MOST_TEXT = 20_000
 """Characters of a mission."""
 MOST_FILE = 1_000_000
 MOST_PROPOSALS = 100
+_NOT_TEXT = ("Cc", "Cs")
+"""The categories of control characters, and of halves of characters."""
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")
 
 
@@ -114,7 +117,7 @@ class AgentFolder:
     def save(self, proposal: Proposal) -> None:
         """Write a proposal, and drop what belongs to its earlier version."""
         name = checked_name(proposal.name)
-        refuse_large(proposal)
+        refuse_unfit(proposal)
         if name not in self.names() and len(self.names()) >= MOST_PROPOSALS:
             raise ProposalError(f"there are {MOST_PROPOSALS} proposals already")
         path = self.path("proposals", name, "proposal.json")
@@ -173,7 +176,7 @@ class AgentFolder:
         try:
             inputs = {str(key): str(value) for key, value in data["inputs"].items()}
             proposal = Proposal(name, str(data["text"]), inputs, index(data["seed"]))
-            refuse_large(proposal)
+            refuse_unfit(proposal)
         except (KeyError, TypeError, ValueError, AttributeError):
             raise ProposalError(f"{name}: the file of the proposal is damaged") from None
         return proposal
@@ -226,12 +229,18 @@ def checked_name(name: str) -> str:
     return name
 
 
-def refuse_large(proposal: Proposal) -> None:
-    """Raise ProposalError for a mission or inputs that are too large."""
+def refuse_unfit(proposal: Proposal) -> None:
+    """Raise ProposalError for what is too large, or for inputs that no command can be given."""
     if len(proposal.text) > MOST_TEXT:
         raise ProposalError(f"a mission has at most {MOST_TEXT:,} characters")
     sizes = [len(part) for pair in proposal.inputs.items() for part in pair]
     if len(sizes) > 100 or sum(sizes) > MOST_TEXT:
         raise ProposalError("a proposal has at most 50 inputs, with short values")
+    for name, value in proposal.inputs.items():
+        if any(unicodedata.category(character) in _NOT_TEXT for character in name + value):
+            raise ProposalError(
+                f"inputs: expected text without control characters, got {quoted(name)}: "
+                f"{quoted(value)}"
+            )
     if not 0 <= proposal.seed < 2**63:
         raise ProposalError("seed: expected an integer from 0")

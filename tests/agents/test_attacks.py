@@ -487,6 +487,10 @@ ATTACKS = (
     Attack("too many proposals", "BT-1401", _many_proposals),
     Attack("an enormous input", "BT-1401",
            _calls("propose", name="look", text=TURN, inputs={"a": "x" * 30_000})),
+    *(Attack(f"the character {sign!r} in an input", "without control characters",
+             _calls("propose", name="look", inputs={"a": f"a{sign}b"},
+                    text="mission: look\ninputs: {a: x}\ntree: {log: $a}\n"))
+      for sign in "\0\n\x1b\x85\ud800"),
     Attack("easy runs", "--nature=usual", _easy_nature),
     # ---- permits
     Attack("no permit", "BT-1404", _unapproved),
