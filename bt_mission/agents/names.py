@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import unicodedata
 
+from bt_mission.core.text import category
+
 LONGEST = 60
 _EAST_ASIAN = frozenset(
     ("CJK", "HIRAGANA", "KATAKANA", "KATAKANA-HIRAGANA", "IDEOGRAPHIC", "HANGUL", "BOPOMOFO")
@@ -42,13 +44,13 @@ def shown_name(name: str) -> str:
 def _is_of_a_name(character: str) -> bool:
     """Return whether it is a letter, a mark or a digit, and can be seen."""
     is_selector = "VARIATION SELECTOR" in unicodedata.name(character, "")
-    return unicodedata.category(character)[0] in "LMN" and not is_selector
+    return category(character)[0] in "LMN" and not is_selector
 
 
 def _script(character: str) -> str:
     """Return the script of a letter or digit, as its name in Unicode begins; empty without one."""
     if character.isascii():
         return "LATIN" if character.isalpha() else ""
-    if unicodedata.category(character)[0] == "M":
+    if category(character)[0] == "M":
         return ""
     return unicodedata.name(character, "?").split()[0]

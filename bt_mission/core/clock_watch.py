@@ -384,7 +384,7 @@ def _interrupt(_number: int, frame: FrameType | None) -> None:
 
 
 def _to_stderr(line: str) -> None:
-    print(line, file=sys.__stderr__, flush=True)
+    print(line, file=sys.stderr, flush=True)
 
 
 _say: list[Callable[[str], None]] = [_to_stderr]

@@ -74,11 +74,16 @@ def escape_page(page: str) -> str:
     return html.escape(page)
 
 
+def category(character: str) -> str:
+    """Return the general category of a character, such as "Lu" (Unicode Standard, section 4.5)."""
+    return unicodedata.category(character)
+
+
 def is_shown(character: str) -> bool:
     """Return whether a character shows as itself, or as a blank, without an effect."""
     if character.isprintable():
         return not _INVISIBLE.match(character)
-    return unicodedata.category(character) == "Zs"
+    return category(character) == "Zs"
 
 
 def _is_all_shown(text: str) -> bool:

@@ -17,7 +17,7 @@ from typing import Any
 
 from bt_mission.core.actions import REPLACED
 from bt_mission.core.stamps import NS
-from bt_mission.goals.goal import FORGOTTEN, NO_CALLBACK, Event, Goal, GoalClient, GoalStatus, Phase
+from bt_mission.goals.goal import FORGOTTEN, NO_CALLBACK, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.goals.outcome import AttemptResult, Outcome
 
@@ -316,7 +316,7 @@ class Attempt:
         assert self.goal is not None
         self._cause, self._cause_text, self._cancel_ns = cause, text, now_ns
         self._due_ns = now_ns
-        self.goal.on(Event.UNWANTED)
+        self._ledger.cancel_goal(self.goal)
 
     def _wait_for_cancel(self, goal: Goal, now_ns: int) -> AttemptResult | None:
         why = f"{self._cause_text}, but {self._goal_client.name}"

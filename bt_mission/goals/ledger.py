@@ -61,6 +61,8 @@ class Ledger:
         self._open: dict[bytes, Goal] = {}
         self._retry_ns: dict[bytes, int] = {}
         self._given_up: set[bytes] = set()
+        self._unwanted: dict[bytes, Goal] = {}
+        """Those of the open goals whose end was requested."""
         self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
         self.others: Callable[[], str] = str
@@ -83,7 +85,7 @@ class Ledger:
             uses: The parts of the robot that this goal moves.
             halted: Goals that the tree halts in this tick, once the leaf runs.
         """
-        for goal in (*(goal for goal in self._open.values() if goal.is_ending), *halted):
+        for goal in (*(goal for goal in self._unwanted.values() if goal.is_ending), *halted):
             is_there = goal.goal_client is goal_client
             if goal.is_live and (is_there or not goal.uses.isdisjoint(uses)):
                 end = "end" if is_there else f"free the {min(goal.uses & set(uses))}"
@@ -165,12 +167,17 @@ class Ledger:
         """Take over a goal that another process has sent: ask for its result, and cancel it."""
         goal = Goal(goal_id, goal_client, owner, FOUND_GRACE_NS, phase=Phase.LOST, sent_ns=now_ns)
         goal.orphaned_ns = now_ns
-        self._open[goal.id] = goal
+        self._open[goal.id] = self._unwanted[goal.id] = goal
         self._retry_ns[goal.id] = now_ns + self._delay_ns
         self._report(now_ns, "found again", goal)
         goal_client.recover_goal(goal)
         goal.on(Event.ACCEPTED)
         return goal
+
+    def cancel_goal(self, goal: Goal) -> None:
+        """Request the end of a goal whose leaf waits for it."""
+        self._unwanted[goal.id] = goal
+        goal.on(Event.UNWANTED)
 
     def release_goal(self, goal: Goal, now_ns: int) -> None:
         """Keep a goal that is not wanted any more until it has ended."""
@@ -179,7 +186,7 @@ class Ledger:
         goal.orphaned_ns = now_ns
         self._retry_ns[goal.id] = now_ns + self._delay_ns
         self._report(now_ns, "released", goal)
-        goal.on(Event.UNWANTED)
+        self.cancel_goal(goal)
 
     def is_there(self, goal_client: GoalClient, now_ns: int) -> bool:
         """Return whether this server is in the graph. The graph is asked once at each instant."""
@@ -213,6 +220,7 @@ class Ledger:
                 del self._open[goal.id]
                 self._retry_ns.pop(goal.id, None)
                 self._given_up.discard(goal.id)
+                self._unwanted.pop(goal.id, None)
                 self._report(now_ns, "ended", goal)
             elif goal.orphaned_ns is None or not goal.is_live:
                 continue

@@ -154,7 +154,9 @@ def test_faults_are_in_the_report_and_the_trace_of_their_robots(fleet: CommandLi
     hashes = []
     for _ in range(2):
         robots = fleet.json(f"run two.yaml --fault '{fault}'")["robots"]
-        expected = [{"fault": fault, "began": 0.2, "ended": 0.7, "why": ""}]
+        expected = [
+            {"fault": fault, "began": 0.2, "ended": 0.7, "why": "", "may_not_happen": False}
+        ]
         assert [each["faults"] for each in robots] == [expected] * 2
         hashes.append([each["trace_sha256"] for each in robots])
     assert hashes[0] == hashes[1]

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -160,10 +161,14 @@ class Watched:
         names = ("/r1/bt_mission", "/r2/bt_mission") if self.now_s > self._come_s else ()
         return tuple(ListedExecutive(name) for name in names)
 
-    def attach(self, name: str, **_: Any) -> str:
-        """Remember who is watched."""
+    def attach(self, name: str, **_: Any) -> Any:
+        """Remember who is watched; no mission is known."""
         self.attached = name
-        return name
+
+        def close() -> None:
+            self.attached = ""
+
+        return SimpleNamespace(take=lambda **_: SimpleNamespace(messages=()), close=close)
 
 
 def looked(

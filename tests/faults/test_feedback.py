@@ -136,3 +136,4 @@ def test_a_field_that_cannot_be_set(stage: Any, turn: Any, make: Any, message: s
     with pytest.raises(ScenarioError) as caught:
         run.do(make(stage.faults))
     assert message in str(caught.value)
+    run.step()

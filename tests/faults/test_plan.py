@@ -75,7 +75,11 @@ def test_a_condition_has_to_hold_for_its_time(stage: Any) -> None:
 
 def test_what_never_happens_says_why(stage: Any) -> None:
     """Past the end, or on a condition that never came true."""
-    run, plan = planned(stage, "at 60: imu_dead", "when collisions > 0: imu_dead")
+    run, plan = planned(
+        stage,
+        "at 60: imu_dead may_not_happen",
+        "when collisions > 0: imu_dead may_not_happen",
+    )
     end = run.until_done().virtual_s
     assert [outcome.why for outcome in plan.outcomes()] == [
         f"the mission ended at {end:.2f} s",
@@ -86,16 +90,17 @@ def test_what_never_happens_says_why(stage: Any) -> None:
 
 def test_names_that_are_not_there_are_found_before_the_start(stage: Any) -> None:
     """Each with the part of the text that is wrong."""
-    _, plan = planned(
+    run, plan = planned(
         stage,
-        "at 1: drop scna",
-        "at 1: kill_server trun",
-        "at 1: drop scan receiver nobody",
-        "at 1: ignore_service sto",
-        "at 1: raise_in_leaf bak",
-        'when speed > 0 and running("bak"): imu_dead',
-        "at 1: kill_server /turn",
+        "at 1: drop scna may_not_happen",
+        "at 1: kill_server trun may_not_happen",
+        "at 1: drop scan receiver nobody may_not_happen",
+        "at 1: ignore_service sto may_not_happen",
+        "at 1: raise_in_leaf bak may_not_happen",
+        'when speed > 0 and running("bak"): imu_dead may_not_happen',
+        "at 1: kill_server /turn may_not_happen",
     )
+    run.step()
     problems = list(plan.problems())
     assert [(problem.number, problem.part, problem.offset) for problem in problems] == [
         (0, "scna", 0),
@@ -112,7 +117,9 @@ def test_names_that_are_not_there_are_found_before_the_start(stage: Any) -> None
 def test_a_part_that_the_robot_has_not_is_found_before_the_start(stage: Any) -> None:
     """It cannot break, so the run does not say that it did."""
     mission = TURNS.replace("tree:", "robot: burger\ntree:", 1)
-    _, plan = planned(stage, "at 1: imu_dead", "at 1: camera_dead lasting 1", mission=mission)
+    faults = ("at 1: imu_dead", "at 1: camera_dead lasting 1")
+    run, plan = planned(stage, *(f"{each} may_not_happen" for each in faults), mission=mission)
+    run.step()
     (problem,) = plan.problems()
     assert (problem.number, problem.part) == (1, "camera_dead")
     assert problem.message == "a burger has no camera"
@@ -120,15 +127,16 @@ def test_a_part_that_the_robot_has_not_is_found_before_the_start(stage: Any) -> 
 
 def test_looking_for_names_changes_nothing(stage: Any) -> None:
     """Not even of actions that are offered only when somebody asks for them."""
-    run, plan = planned(stage, "at 100: kill_server spin")
+    run, plan = planned(stage, "at 100: kill_server spin may_not_happen")
     assert list(plan.problems()) == []
     other = stage.mission(TURNS)
     assert other.name == run.mission.name
     assert "spin" not in " ".join(run.stage.servers.actions)
+    run.step()
 
 
 def test_a_fault_that_cannot_begin_is_an_error_of_the_test(stage: Any) -> None:
     """As in a test that makes it itself."""
-    run, _ = planned(stage, "at 0.5: move_box chair ahead 1")
+    run, _ = planned(stage, "at 0.5: move_box chair ahead 1 may_not_happen")
     with pytest.raises(ScenarioError, match="unknown spawned obstacle 'chair'"):
         run.until_done()

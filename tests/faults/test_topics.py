@@ -211,7 +211,9 @@ def test_a_fault_goes_on_once_at_a_time(stage: Any) -> None:
     with pytest.raises(ScenarioError, match=r"faults.drop\(topic='scan'\) is already active: end"):
         run.do(blind)
     run.until_done()
-    stage.run(WAITS).do(blind)
+    again = stage.run(WAITS)
+    again.do(blind)
+    again.step()
 
 
 def test_messages_without_a_stamp_cannot_be_fresh(stage: Any) -> None:

@@ -90,22 +90,24 @@ def test_names_are_their_own(stage: Any) -> None:
 def test_what_cannot_be(stage: Any) -> None:
     """Is refused: no place, a place that is taken, no obstacle of that name, too many of them."""
     run = stage.run(WAITS)
+    box = stage.spawn_box(at=(-1.5, 1.0))
     for fault, reason in (
         (stage.spawn_box(ahead=0.1), r"spawn_box: prop 'box' does not fit at .*in the robot"),
         (stage.spawn_box(at=(50, 0)), r"spawn_box: prop 'box': \(50, 0\) is not on the floor"),
         (stage.move_box("box", ahead=1), "unknown spawned obstacle 'box'"),
         (stage.move_box("box"), "move_box: give a place"),
-        (stage.remove_box(stage.spawn_box(ahead=1)), "has no obstacle in the world now"),
+        (stage.remove_box(box), "has no obstacle in the world now"),
     ):
         with pytest.raises(ScenarioError, match=reason):
             run.do(fault)
-    run.do(*(stage.spawn_box(at=(x, 1.0)) for x in (-1.5, -0.5, 0.5, 1.5)))
+    run.do(box, *(stage.spawn_box(at=(x, 1.0)) for x in (-0.5, 0.5, 1.5)))
     with pytest.raises(ScenarioError, match="make it with props=5 or more"):
         run.do(stage.spawn_box(at=(0, -1.0)))
     run.until_done()
     run = stage.run(WAITS, props=0)
     with pytest.raises(ScenarioError, match="make it with props=1 or more"):
         run.do(stage.spawn_box(ahead=1.0))
+    run.step()
 
 
 def test_spare_obstacles_change_no_run(stage: Any) -> None:

@@ -100,7 +100,7 @@ def test_a_refused_cancel_is_scripted_with_the_times_of_the_way(tmp_path: Path) 
     result = run_scenario(tmp_path / "m_one_goal_at_the_base.scenario.yaml")
     (requirement,) = result.report.requirements
     assert requirement.verdict == "violated"
-    assert requirement.at == pytest.approx(9.15)
+    assert requirement.at == pytest.approx(12.2)
 
 
 def test_a_goal_without_a_limit_waits_for_ever(tmp_path: Path) -> None:
