@@ -384,7 +384,8 @@ def _interrupt(_number: int, frame: FrameType | None) -> None:
 
 
 def _to_stderr(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
 
 
 _say: list[Callable[[str], None]] = [_to_stderr]
