@@ -15,7 +15,7 @@ from sim.simulation import Simulation
 from sim.world.world import World
 
 _STANDING_NS = 1_000_000_000
-"""The time in which a robot comes to rest, or tips over."""
+"""The time in which a robot stops moving, or tips over."""
 
 
 def dragging(robot: RobotModel) -> Iterator[str]:

@@ -5,8 +5,8 @@ could not be written waits for the next call, so a disk that was full for a mome
 line that is cut, as by a loss of power, costs itself only: the next one begins on a line of its
 own, and a reader counts it.
 
-Whoever may write the file may change it, and nothing here would show that. The log is a record for
-people, as honest as the account of `bt-mission mcp`.
+A process that may write the file may change it, and nothing here would show that. The log is a
+record for people, as honest as the account of `bt-mission mcp`.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class CallLog:
 
 @dataclass(frozen=True)
 class LogState:
-    """What is in a log.
+    """The content of a log.
 
     Attributes:
         calls: The number of its whole lines.
@@ -146,7 +146,7 @@ class LogState:
 
 
 def read_log(path: Path) -> LogState:
-    """Count the lines of a log; without a file there are none. Raises LogError."""
+    """Count the lines of a log; a missing file has no lines. Raises LogError."""
     calls, damaged = 0, []
     try:
         number = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)

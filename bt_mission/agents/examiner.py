@@ -29,7 +29,7 @@ LONGEST_ANSWER = 50_000_000
 
 @dataclass(frozen=True)
 class Examination:
-    """What the check of a proposal has found."""
+    """The result of the check of a proposal."""
 
     is_valid: bool
     diagnostics: tuple[Diagnostic, ...]

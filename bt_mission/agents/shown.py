@@ -1,6 +1,6 @@
 """A proposal as a person reads it before the decision: in a terminal, and on the page.
 
-What comes from the proposal stands apart: on lines of its own, each behind a mark, escaped and cut
+What comes from the proposal stands apart: on separate lines, each behind a mark, escaped and cut
 to the width, so that nothing in it can look like a line of this program.
 """
 

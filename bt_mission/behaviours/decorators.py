@@ -239,7 +239,9 @@ class Subtree(HookedDecorator):
         for name, variable in self._node.live_inputs.items():
             if variable in outer and outer[variable] is not inner.get(name):
                 if why := self._misfit(name, outer[variable]):
-                    raise MissionFailure(f"{self._values.place}: '{self.name}' cannot go on: {why}")
+                    raise MissionFailure(
+                        f"{self._values.place}: '{self.name}' cannot continue: {why}"
+                    )
                 inner[name] = outer[variable]
 
     def update(self) -> Status:

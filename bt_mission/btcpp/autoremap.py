@@ -1,8 +1,8 @@
 """The variables that `_autoremap` shares between trees without a port that says so.
 
 In BehaviorTree.CPP such a tree shares every variable with its caller, private ones (`_x`) left out.
-Here it shares its ports. A variable that is no port may stay in the tree where nothing else can
-tell: no other tree has the name, and no two uses of the tree run at the same time.
+Here it shares its ports. A variable that is not a port may stay in the tree where nothing else
+can read it: no other tree has the name, and no two uses of the tree run at the same time.
 """
 
 from __future__ import annotations

@@ -394,7 +394,7 @@ class _FileReader(XmlNodeReader):
             self.report("BT-103", (1, 1), f"the file exceeds the limit of {MAX_VALUES:,} values")
 
     def refuse_shared(self) -> None:
-        """Refuse variables that `_autoremap` shares, and that are no ports."""
+        """Refuse variables without a port that `_autoremap` shares."""
         for attribute, tree_id in self.remapped:
             trees = self.known.trees
             if shared := shared_names(tree_id, trees):

@@ -347,7 +347,7 @@ WITHOUT_COUNTERPART = {
 """The nodes of BehaviorTree.CPP that no mission has, each with what to write instead."""
 
 _NAV2 = "it is a control node of Nav2"
-_PLANS = f"{_NAV2}; the server of 'navigate_to_pose' plans again by itself"
+_PLANS = f"{_NAV2}; the server of 'navigate_to_pose' repeats its planning"
 _V3 = "it is a node of BehaviorTree.CPP 3"
 OTHERS_WITHOUT_COUNTERPART = {
     "PipelineSequence": f"{_PLANS}; for other actions write 'Parallel', or 'Sequence' if the first "

@@ -13,7 +13,7 @@ from bt_mission.core.file_kinds import RECORDINGS, format_of, recording_of, refu
 def settle_inputs(options: argparse.Namespace) -> None:
     """Refuse files of other kinds before anything runs; a bag's folder stands for its recording.
 
-    Names that are not those of files in the working folder are left to the command.
+    The command itself judges names that are not those of files in the working folder.
 
     Raises:
         InputError: With what the file is, and the command that takes it.

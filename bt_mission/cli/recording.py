@@ -162,7 +162,7 @@ class RunFiles:
     def is_incomplete(self, kept: Kept) -> bool:
         """Return whether a file that was asked for is cut, or was not written.
 
-        A recording that only lacks topics is none of these.
+        A recording that only lacks topics is not one of these.
         """
         outputs = [trace.file for trace in self.traces]
         if self.film is not None:

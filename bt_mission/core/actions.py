@@ -20,7 +20,7 @@ Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera", "arm", "g
 PARTS: tuple[Need, ...] = ("arm", "gripper")
 """Needs that one goal at a time moves, and that not every robot has."""
 MOVED: tuple[Need, ...] = ("base", *PARTS)
-"""What one goal at a time moves."""
+"""The parts of a robot, each moved by one goal at a time."""
 REPLACED = "replaced by a new goal"
 """Begins the reason with which our servers abort a goal, before the goal that replaces it."""
 GOALS_AT: Mapping[str, Need] = {f"goals_at_{part}": part for part in MOVED}

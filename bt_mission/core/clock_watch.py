@@ -130,10 +130,10 @@ def callback_in(frame: FrameType | None) -> Holder | None:
 
 
 def refuse_leaving(error: BaseException) -> None:
-    """Raise an error of ours for one that would end the process; return for any other.
+    """Raise LeftError for an error that would end the process; return for any other.
 
     Code of users may not end a run: not by ``sys.exit``, ``KeyboardInterrupt``, ``GeneratorExit``,
-    nor by a class of theirs that is no ``Exception``. A KeyboardInterrupt that a signal has raised
+    nor by a class that is no ``Exception``. A KeyboardInterrupt that a signal has raised
     is not theirs.
 
     Raises:
@@ -407,7 +407,7 @@ def is_main_thread() -> bool:
 
 
 def run_apart(call: Callable[[], T]) -> T:
-    """Call a function in a thread of its own, which is given up when its code does not return.
+    """Call a function in a separate thread, which is given up when its code does not return.
 
     Raises:
         HeldClockError: It was given up.

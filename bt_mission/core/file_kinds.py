@@ -1,4 +1,4 @@
-"""What a file is, by its name and its beginning, and the command that takes it."""
+"""The kind of a file, by its name and its beginning, and the command that takes it."""
 
 from __future__ import annotations
 

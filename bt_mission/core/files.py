@@ -166,7 +166,7 @@ def is_file(path: Path) -> bool:
 
 
 def open_file(path: str | Path, *, follows: bool = True) -> BinaryIO:
-    """Open a file of the user to read it. What is no file is refused, and never waited for.
+    """Open a file of the user to read it. Pipes, devices and folders are refused without waiting.
 
     Args:
         path: Its path.

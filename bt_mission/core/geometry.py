@@ -30,11 +30,7 @@ class Twist2D:
     @property
     def is_finite(self) -> bool:
         """Whether it can be commanded: of NaN and a limit, `min` and `max` make full speed."""
-        return (
-            math.isfinite(self.linear)
-            and math.isfinite(self.angular)
-            and math.isfinite(self.lateral)
-        )
+        return math.isfinite(self.linear + self.angular + self.lateral)
 
     def __str__(self) -> str:
         aside = f", {self.lateral:g} m/s to the left" if self.lateral else ""

@@ -12,7 +12,7 @@ from typing import Any, Self
 from bt_mission.core.wall_clock import Stopwatch
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""What ends a command. SIGHUP is sent when a terminal or a connection is closed."""
+"""Signals that end a command. SIGHUP is sent when a terminal or a connection is closed."""
 
 SAME_WISH_S = 0.5
 """A signal that is repeated within this wall time is the same request, s: one Ctrl-C reaches a

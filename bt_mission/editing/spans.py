@@ -144,7 +144,7 @@ class _Reader:
     pending: list[tuple[str, Entry] | None] = field(default_factory=list)
     """The key of each open mapping whose value is next."""
     anchors: dict[str, str | Span | None] = field(default_factory=dict)
-    """What each anchor means so far, in short; of one that is open its value itself."""
+    """The digest of the value of each anchor so far; of an open one its value."""
 
     def take(self, event: Any) -> None:
         start, end = event.start_mark.index, event.end_mark.index

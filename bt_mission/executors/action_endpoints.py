@@ -76,7 +76,7 @@ def obstacle(node: ActionGraph, action: str) -> str:
 def settled(look: Callable[[], str | None], spin: Callable[[], object]) -> str | None:
     """Return what is still wrong in a graph once its participants are discovered, or None.
 
-    What another process causes that was killed passes.
+    An entry of a process that was killed disappears after its lease.
 
     Args:
         look: Returns what is wrong now.

@@ -40,7 +40,7 @@ class ParameterFile:
     def refuse_unknown(self, known: Collection[str]) -> None:
         """Raise InputError where a name is not among the known: ROS passes over a typing error.
 
-        A wildcard may also name parameters of other nodes, unless it nearly names one of ours.
+        A wildcard may also name parameters of other nodes, unless it nearly names a known one.
         """
         faults = [
             self.document.diagnostic(
@@ -63,7 +63,7 @@ def read_parameters(path: str | Path, node: str, namespace: str = "") -> Paramet
 
     A section names a node by its full name, also nested by namespaces, or with the wildcards `*`
     and `**`. Sections of other nodes are skipped. Raises InputError with every mistake and its
-    place; a name that differs little from one of ours is one.
+    place; a name that differs little from a known one is one.
     """
     document = read(path)
     faults: list[Diagnostic] = []

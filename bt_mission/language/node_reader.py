@@ -178,7 +178,7 @@ class NodeReader(Reading):
         return _draft(written, below, fields["@place"]) if below else None
 
     def rest(self, data: Any, path: tuple[Key, ...]) -> NodeModel | None:
-        """Return the nodes in a part that is no node, so that their mistakes are seen, too."""
+        """Return the nodes in a part that is not a node, so that their mistakes are seen, too."""
         below = [self.node(part, (*path, *place)) for place, part in _nodes_in(data)]
         kept = [node for node in below if node is not None]
         if isinstance(data, dict):

@@ -52,7 +52,7 @@ class RequirementResult:
         why: Why it is open or unknown, or which premise never came true.
         sources: Signals that are measured where a simulation would know the truth, such as
             ``speed by odometry``.
-        unmet: Of each premise that has not come true, what is said of it.
+        unmet: The message of each premise that has not come true.
     """
 
     name: str

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Collection, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
@@ -115,20 +115,25 @@ def type_hash_of(node: Node, kind: Any) -> TypeHash:
     return type_hash
 
 
-@contextmanager
-def as_default(context: Context) -> Iterator[None]:
+class as_default:  # noqa: N801 - named as a function; a generator costs ten calls a step
     """Have rclpy take a context for the default one, unless a program has initialized its own.
 
     Code of users asks that one: ``rclpy.ok()``, and clocks that sleep.
     """
-    defaults: Any = utilities
-    before = defaults.g_default_context
-    if before is None or not before.ok():
-        defaults.g_default_context = context
-    try:
-        yield
-    finally:
-        defaults.g_default_context = before
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._before: Context | None = None
+
+    def __enter__(self) -> None:
+        defaults: Any = utilities
+        before = self._before = defaults.g_default_context
+        if before is None or not before.ok():
+            defaults.g_default_context = self._context
+
+    def __exit__(self, *_: object) -> None:
+        defaults: Any = utilities
+        defaults.g_default_context = self._before
 
 
 @dataclass(frozen=True)

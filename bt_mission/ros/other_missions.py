@@ -1,4 +1,4 @@
-"""Other missions on the robot of a mission: each goal that drives replaces one of theirs."""
+"""Other missions on the robot of a mission: each goal that drives replaces a goal of the other."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The executive as a server: one mission at a time, each a goal of ``execute_mission``.
 
-A goal stays accepted, and not yet executing, while the mission before it ends; that one is told
+A goal stays accepted, and not yet executing, while the mission before it ends; it is asked
 to end only once the newer one is loaded and checked. The goals of a mission that is cancelled,
 replaced or stopped end first; then the mission does.
 """

@@ -144,7 +144,7 @@ class Session:
     world: str | None = None
     image_folder: Path | None = None
     watch: ClockWatch | None = None
-    """Watches the code of users; None where there is none."""
+    """Watches the code of users; None without such code."""
 
     def __init__(self) -> None:
         self.facts: dict[str, str] = {}

@@ -323,8 +323,11 @@ class Stage(Session):
         """
         self.is_stepping = True
         try:
-            with as_default(self.context):
+            if self.watch is None:
                 self.clock.step()
+            else:
+                with as_default(self.context):
+                    self.clock.step()
         except (SimulatorError, DiscoveryError):
             raise
         except Exception as error:  # noqa: BLE001 - callbacks are others', too

@@ -75,7 +75,7 @@ class Stages:
         self.not_violated: list[str] = []
         """Requirements that a test expected to be violated."""
         self.untested: list[str] = []
-        """What the test has prepared, and what has not happened."""
+        """A line for each thing that the test has prepared and that has not happened."""
         self.faults = Faults()
         self.spawn_box = self.faults.spawn_box
         self.spawn_cylinder = self.faults.spawn_cylinder

@@ -54,10 +54,11 @@ class ExecuteCallbacks:
             goal: The handle of the goal.
 
         Raises:
-            BtMissionError: When the callback returns no result of the action, for which rclpy
-                raises an exception that names neither the node nor the callback; when it raises an
-                exception after the goal has succeeded, whose client receives an empty result as a
-                success; or when it would end the process.
+            BtMissionError: The callback returns no result of the action. The exception of rclpy
+                names neither the node nor the callback.
+            BtMissionError: The callback raises an exception after the goal has succeeded. Its
+                client receives an empty result as a success.
+            BtMissionError: The callback would end the process.
             Interrupted: When the callback was interrupted.
         """
         server: ActionServer = execute_goal.__self__

@@ -1,7 +1,7 @@
 """Values that change in BehaviorTree.CPP while a node runs, but not here.
 
 There a port is the variable itself, and is read again in each tick. Here an input of a tree that
-names a variable, and an output, are live as well; what remains is told here.
+names a variable, and an output, are live as well; this module names what remains.
 """
 
 from __future__ import annotations

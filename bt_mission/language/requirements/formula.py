@@ -96,7 +96,7 @@ class Requirement:
 
     @cached_property
     def premises(self) -> tuple[Premise, ...]:
-        """What must come true for its verdict to show anything."""
+        """The conditions that must come true for its verdict to show anything."""
         return premises_of(self.root)
 
 

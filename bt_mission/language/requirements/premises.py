@@ -20,7 +20,7 @@ class Premise:
     Attributes:
         root: That it comes true: a formula of the run where it is a premise of the whole formula,
             else of one instant.
-        why_not: What is said of it while it has not come true.
+        why_not: The message while it has not come true.
         is_window: Is it that a window begins?
     """
 

@@ -21,7 +21,7 @@ _END = re.compile(r"\r\n|\r|\n")
 
 
 class LineEndsError(BtMissionError):
-    """Too many lines have changed to tell which of them kept their ends."""
+    """Too many lines have changed to find which of them kept their ends."""
 
     code = "BT-1302"
 

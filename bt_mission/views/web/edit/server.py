@@ -46,7 +46,7 @@ from bt_mission.views.web.server import PageServer, WebOptions
 
 LONGEST_BODY = 4 * MAX_BYTES
 ASLEEP_S = 4.0
-"""Wall time without a message of a page after which it sleeps, or was closed without a word."""
+"""Wall time without a message of a page after which it sleeps, or was closed silently."""
 
 MOST_FAULTS = 50
 SPEEDS = ("1", "4", "16")
@@ -54,7 +54,7 @@ PROOF_BUDGET = "20s"
 
 
 class RequestError(BtMissionError):
-    """A request that is not one of our page, or whose text is none."""
+    """A request that is not one of our page, or whose text is invalid."""
 
     code = "BT-1302"
 
