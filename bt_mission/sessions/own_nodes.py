@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from rclpy.action import get_action_server_names_and_types_by_node
+from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
 from rclpy.context import Context
 from rclpy.node import Node
 
@@ -134,8 +134,17 @@ def imported(factory: Factory) -> Callable[..., Any]:
 
 
 def _destroy(factory: Factory, node: Node) -> None:
+    """Destroy a node and its actions, which rclpy leaves to the garbage collector.
+
+    Until then the node would stay in the graph, and its end would take the log of the next node of
+    its name off ``/rosout``.
+    """
     try:
+        waitables = tuple(node.waitables)
         node.destroy_node()
+        for waitable in waitables:
+            if isinstance(waitable, ActionServer | ActionClient):
+                waitable.destroy()  # type: ignore[no-untyped-call]  # of rclpy
     except Exception as error:  # noqa: BLE001 - whatever a user's code raises
         _refuse(factory, f"destroy_node() of {name_of(factory)} raised {described(error)}")
 

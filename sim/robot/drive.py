@@ -48,8 +48,8 @@ class DifferentialController:
         Raises ValueError if one of them is not finite; the last command then stays. Without power a
         command is ignored.
         """
-        wanted = Twist2D(linear, angular, lateral)
-        if not wanted.is_finite:
+        if not math.isfinite(linear + angular + lateral):
+            wanted = Twist2D(linear, angular, lateral)
             raise ValueError(f"expected a finite velocity, got {wanted}")
         if not self._powered:
             return
