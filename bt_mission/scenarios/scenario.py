@@ -27,12 +27,8 @@ from sim.world.world import World
 LIMIT_S = 600.0
 """Virtual seconds after which a run counts as one that never ends."""
 
-TIME_IS_UP = "the limit of the run was reached"
-"""The reason of a mission that runs on at the limit of its scenario."""
-TEST_IS_OVER = "the test is over"
-"""The reason of a mission that runs on when its test has ended."""
-UNFINISHED = (TIME_IS_UP, TEST_IS_OVER)
-"""The reasons of missions that nobody wants to see more of."""
+TIME_IS_UP = "the test is over"
+"""The reason of a mission that runs on when nobody wants to see more of it."""
 
 Outcome = Literal["success", "failure", "interrupted", "any"]
 
@@ -199,7 +195,7 @@ class ScenarioResult:
     @property
     def is_whole(self) -> bool:
         """Did the run end, alone or at its limit?"""
-        return self.report.status != "interrupted" or self.report.reason in UNFINISHED
+        return self.report.status != "interrupted" or self.report.reason == TIME_IS_UP
 
     @property
     def requirements(self) -> dict[str, RequirementResult]:

@@ -18,7 +18,7 @@ from bt_mission.faults.planned import AfterStep, AtTime, Beginning, PlannedFault
 from bt_mission.faults.text import parse_fault
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission
-from bt_mission.scenarios.scenario import UNFINISHED
+from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sessions.own_nodes import name_of
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
@@ -190,7 +190,7 @@ def _unusual(run: TestedRun) -> Iterator[str]:
         yield f"props={options.props}"
     if options.seed is not None or options.visible:
         yield "options of the stage"
-    if run.report.status == "interrupted" and run.report.reason not in UNFINISHED:
+    if run.report.status == "interrupted" and run.report.reason != TIME_IS_UP:
         yield f"an interruption by the test: {run.report.reason}"
     if run.stopped_s == 0:
         yield "a run without a step"

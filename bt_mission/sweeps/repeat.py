@@ -16,7 +16,7 @@ from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
-from bt_mission.scenarios.scenario import UNFINISHED
+from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.concrete import concrete
 from bt_mission.sweeps.plan import SweepPlan
@@ -131,7 +131,7 @@ class Repeater:
     def _options(self, row: ScenarioRow) -> list[str] | None:
         """Return the words after `bt-mission run`; None if its options are not enough."""
         origin = self.origin
-        if origin is None or origin.options is None or row.reason in UNFINISHED:
+        if origin is None or origin.options is None or row.reason == TIME_IS_UP:
             return None
         given = asdict(origin.options)
         nature = self._about.scenario.get("nature")

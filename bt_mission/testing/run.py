@@ -19,7 +19,7 @@ from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.targets import find_node
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
-from bt_mission.scenarios.scenario import TEST_IS_OVER
+from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
@@ -347,7 +347,7 @@ class Run(Assertions):
                 self.stopped_s = self.t
             if self.stage.is_broken:
                 self.stage.executive.abandon("the test was interrupted")
-            self.stage.executive.interrupt(TEST_IS_OVER)
+            self.stage.executive.interrupt(TIME_IS_UP)
             end = self.t + LIMIT_S
             while not self.is_done and self.t < end:
                 self.stage.step()

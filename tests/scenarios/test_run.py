@@ -87,7 +87,7 @@ def test_start_and_obstacles_are_there_from_the_beginning(scenario: Any) -> None
             8,
             "expected a violation of 'a', got: a: holds",
         ),
-        ("limit: 1.0\n", 1, "expected success, got interrupted: the limit of the run was reached"),
+        ("limit: 1.0\n", 1, "expected success, got interrupted: the test is over"),
     ],
 )
 def test_what_comes_out_otherwise_has_its_place(
