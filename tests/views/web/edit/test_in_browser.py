@@ -231,6 +231,8 @@ async def test_the_mission_of_the_readme_by_graphical_acts(editor: Editor) -> No
     await editor.shows("problems", "no problems")
     await editor.look("document.getElementById('drawing').focus()")
     await editor.press("0")
+    for _ in range(4):  # all boxes are in view, smaller than is readable
+        await editor.press("-")
     await editor.drag("turn away", "look around", 0.9)
     await editor.until("document.getElementById('box-3').textContent.includes('turn away')")
     await editor.drag("turn away", "log", 0.1)
