@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from bt_mission.core.diagnostics import did_you_mean, quoted
@@ -65,7 +66,7 @@ def faults_of(kinds: Iterable[str]) -> tuple[str, ...]:
 def drawn_faults(
     draws: Draws, names: Sequence[str] = (), leaves: Sequence[str] = ()
 ) -> tuple[PlannedFault, ...]:
-    """Return some random faults, each of limited duration.
+    """Return some random faults, each of limited duration; a run may end before they begin.
 
     Args:
         names: Of faults; by default those of topics, goals and feedback.
@@ -73,7 +74,8 @@ def drawn_faults(
     """
     count = draws.whole(0, MOST_DIAGNOSTICS)
     drawable = Drawable(names or GRAPH_FAULTS, leaves)
-    return tuple(fault for _ in range(count) for fault in drawn_fault(draws, drawable))
+    drawn = (fault for _ in range(count) for fault in drawn_fault(draws, drawable))
+    return tuple(replace(fault, may_not_happen=True) for fault in drawn)
 
 
 def can_be_drawn(name: str, drawable: Drawable) -> bool:

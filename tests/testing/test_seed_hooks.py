@@ -40,10 +40,14 @@ def test_takes_it(stage, mission, request):
 
 @pytest.mark.scenario(seeds=[5])
 def test_has_its_own(stage):
-    assert stage.run(MISSION, seed=0).mission.seed == 0
+    run = stage.run(MISSION, seed=0)
+    run.until_done()
+    assert run.mission.seed == 0
 
 def test_has_none(stage):
-    assert stage.run(MISSION).mission.seed == 1
+    run = stage.run(MISSION)
+    run.until_done()
+    assert run.mission.seed == 1
 '''
 
 
@@ -202,11 +206,15 @@ def test_waits(stage):
 
 @pytest.mark.scenario(seeds=1, at_least=0.5)
 def test_has_the_usual_nature(stage):
-    assert stage.run("sweep").stage.runs[0].nature["lidar_noise"] > 0
+    run = stage.run("sweep")
+    run.step()
+    assert run.stage.runs[0].nature["lidar_noise"] > 0
 
 @pytest.mark.scenario(seeds=1, at_least=0.5)
 def test_has_the_nature_that_it_asks_for(stage):
-    assert stage.run("sweep", nature="none").stage.runs[0].nature == {}
+    run = stage.run("sweep", nature="none")
+    run.step()
+    assert run.stage.runs[0].nature == {}
 
 @pytest.mark.scenario(seeds=2)
 def test_chooses(stage):

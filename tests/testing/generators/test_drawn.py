@@ -79,7 +79,7 @@ def test_the_simplest_schedule_that_matters() -> None:
     (fault,) = find(
         fault_schedules(), lambda faults: any(planned.name == "freeze" for planned in faults)
     )
-    assert repr(fault) == "<at 0.25: freeze scan lasting 0.25>"
+    assert repr(fault) == "<at 0.25: freeze scan lasting 0.25 may_not_happen>"
 
 
 DRIVES = """\

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bt_mission.core import output
 from bt_mission.core.errors import BtMissionError
 from bt_mission.views.video import mp4
 from bt_mission.views.video.mp4 import Mp4File
@@ -76,7 +77,7 @@ class Full(io.FileIO):
 
 def test_a_full_disk_ends_the_film_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It says why, and all fragments that are whole can be played."""
-    monkeypatch.setattr(Path, "open", lambda path, _: Full(path, "w"))
+    monkeypatch.setattr(output, "_opened", lambda path, *_: Full(path, "w"))
     file = Mp4File(tmp_path / "film.mp4", 160, 120, 20)
     noise = np.random.default_rng(1)
     for _ in range(400):
