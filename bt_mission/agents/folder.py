@@ -8,7 +8,6 @@ import os
 import re
 import shutil
 import stat
-import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass, field
 from operator import index
@@ -18,6 +17,7 @@ from typing import Any
 from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import cannot_write, make_folder_of, within, write_file
+from bt_mission.core.text import category
 
 MOST_TEXT = 20_000
 """Characters of a mission."""
@@ -237,7 +237,7 @@ def refuse_unfit(proposal: Proposal) -> None:
     if len(sizes) > 100 or sum(sizes) > MOST_TEXT:
         raise ProposalError("a proposal has at most 50 inputs, with short values")
     for name, value in proposal.inputs.items():
-        if any(unicodedata.category(character) in _NOT_TEXT for character in name + value):
+        if any(category(character) in _NOT_TEXT for character in name + value):
             raise ProposalError(
                 f"inputs: expected text without control characters, got {quoted(name)}: "
                 f"{quoted(value)}"
