@@ -254,7 +254,7 @@ class Subtree(HookedDecorator):
         return self.decorated.status
 
     def _misfit(self, name: str, value: Any) -> str:
-        """Return why a value is none for an input; empty if it is one."""
+        """Return why a value does not fit an input; empty if it does."""
         wanted = self._node.takes.get(name)
         if wanted is None or isinstance(value, NoValue) or fits(type_of(value), wanted):
             return ""
