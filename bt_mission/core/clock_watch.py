@@ -22,7 +22,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -221,7 +221,7 @@ class ClockWatch:
         self._wishes = 0
         self._reader, self._writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._hear()
-        self._is_over = False
+        self._is_over = self._is_closed = False
         self._watcher = threading.Thread(target=self._watch, name="clock watch", daemon=True)
         self._watcher.start()
 
@@ -233,9 +233,9 @@ class ClockWatch:
 
     def close(self) -> None:
         """Look no more."""
-        if self._is_over:
+        if self._is_closed:
             return
-        self._is_over = True
+        self._is_over = self._is_closed = True
         os.write(self._writer, b"\0")
         self._watcher.join()
         if self in _hearing:
@@ -280,7 +280,10 @@ class ClockWatch:
         while not self._is_over:
             if poll.poll(LOOK_S * 1e3):
                 self._take_signals(os.read(self._reader, 64))
-            self._look()
+            try:
+                self._look()
+            except OSError:  # its clock and state: the thread has ended
+                self._is_over = True
 
     def _take_signals(self, numbers: bytes) -> None:
         for number in numbers:
@@ -384,8 +387,9 @@ def _interrupt(_number: int, frame: FrameType | None) -> None:
 
 
 def _to_stderr(line: str) -> None:
-    sys.stderr.write(f"{line}\n")
-    sys.stderr.flush()
+    with suppress(OSError, ValueError):  # nobody reads it, or it is closed: the watch goes on
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()
 
 
 _say: list[Callable[[str], None]] = [_to_stderr]

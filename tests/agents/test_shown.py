@@ -34,7 +34,7 @@ def _shown(played: Played, width: int) -> list[str]:
     played.answers["sweep"] = {**RUNS, "requirements": {**RUNS["requirements"], **more}}
     points = [f"a\n{FORGED}", f"b\r{FORGED}", f"c\u2028{FORGED}", "d\x1b[2J"]
     played.answers["prove"] = {**played.answers["prove"], "why_not": points * 100}
-    played.prepare(text=TEXT, inputs={"word": f"a\n{FORGED}"})
+    played.prepare(text=TEXT, inputs={"word": f"a\u2028{FORGED}"})
     return list(Shown.of(played.folder, played.site, "look").lines("utf-8", width))
 
 
@@ -51,7 +51,7 @@ def test_words_of_a_proposal_stand_behind_marks(played: Played, width: int) -> N
     assert all(line.isprintable() for line in lines)
     whole = "".join(line[len(THEIRS) :] for line in theirs)
     assert "'held in 1 of 1 runs': held in 2 of 2 runs, smallest margin 0.2 m" in whole
-    assert f"word = a\\n{FORGED}" in whole
+    assert f"word = a\\u2028{FORGED}" in whole
     assert f"  {FORGED}" in whole
     assert f"open: c\\u2028{FORGED}" in whole
     (proof,) = [line for line in ours if line.startswith("The proof")]

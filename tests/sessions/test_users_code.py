@@ -6,6 +6,7 @@ import signal
 import threading  # noqa: TID251 - a worker's task is in another thread
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import pytest
 from rclpy import utilities
 
 from bt_mission.core import clock_watch, interrupts
-from bt_mission.core.clock_watch import LeftError, callback_in, refuse_leaving, told_by
+from bt_mission.core.clock_watch import ClockWatch, LeftError, callback_in, refuse_leaving, told_by
 from bt_mission.core.diagnostics import InputError
 from bt_mission.executive.report import Report
 from bt_mission.scenarios import run as scenario_run
@@ -210,6 +211,17 @@ def test_a_worker_reports_code_that_does_not_return(
         task.join()
     (row,) = rows
     assert (row.outcome, row.reason) == ("error", "Server.execute (server.py:22) does not return")
+
+
+def test_a_watch_ends_with_the_thread_it_looks_at() -> None:
+    """A thread that is given up takes its session with it."""
+    watches: list[ClockWatch] = []
+    begin = partial(ClockWatch, lambda: 0, is_virtual=True)
+    task = threading.Thread(target=lambda: watches.append(begin()))
+    task.start()
+    task.join()
+    watches[0]._watcher.join()  # an error of it would fail this test
+    watches[0].close()
 
 
 def test_a_test_that_waits_in_an_action_fails_its_run(stage: Any, lines: list[str]) -> None:
