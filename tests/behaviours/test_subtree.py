@@ -129,7 +129,8 @@ def test_a_live_input_has_the_type_of_its_tree_or_the_mission_ends(play: Any) ->
     assert run.status == "running"
     run.tick()
     assert run.executive.reason == (
-        "<text>:20:11: 'watch' cannot continue: 'stop': expected a boolean, got the number 5 [BT-913]"
+        "<text>:20:11: 'watch' cannot continue: 'stop': expected a boolean, got the number 5"
+        " [BT-913]"
     )
 
 
