@@ -97,9 +97,9 @@ class MissionPlan:
             live: Makes the faults of viewers.
         """
         if self.scenario is not None:
-            from bt_mission.scenarios.run import stop_at
+            from bt_mission.scenarios.run import attend
 
-            stop_at(session, self.scenario.limit)
+            attend(session, self.scenario)
         return _with_faults(session, self.faults, lambda reports: reports[0], live)
 
     def judge(self, summary: Any) -> ScenarioResult | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Literal, Protocol, TypeAlias, get_args
 
 Verdict: TypeAlias = Literal[
@@ -35,17 +35,29 @@ class Judged(Protocol):
         """Its verdict."""
 
 
-def conclusion(status: str, reason: str, requirements: Iterable[Judged]) -> tuple[str, str]:
+UNTESTED = "untested"
+"""The verdict of a run in which something that was planned never happened."""
+
+
+def conclusion(
+    status: str, reason: str, requirements: Iterable[Judged], untested: Sequence[str] = ()
+) -> tuple[str, str]:
     """Return the verdict of a run in one word, and its reason.
 
     It is the status of the mission. A mission that succeeds with a requirement that fails has the
-    verdict of that requirement.
+    verdict of that requirement, and one in which something planned never happened is untested.
+
+    Args:
+        untested: What never happened, a line each.
     """
     if status != "success":
         return status, reason
     failing = [requirement for requirement in requirements if requirement.verdict in FAILING]
-    if not failing:
+    if not failing and not untested:
         return status, reason
-    word = min(failing, key=lambda each: VERDICTS.index(each.verdict)).verdict
-    names = ", ".join(f"'{each.name}'" for each in failing if each.verdict == word)
-    return word, f"{names}; the mission itself succeeded"
+    if failing:
+        word = min(failing, key=lambda each: VERDICTS.index(each.verdict)).verdict
+        why = ", ".join(f"'{each.name}'" for each in failing if each.verdict == word)
+    else:
+        word, why = UNTESTED, ", ".join(untested)
+    return word, f"{why}; the mission itself succeeded"

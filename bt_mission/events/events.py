@@ -356,6 +356,16 @@ class FaultChanged(Event):
 
 
 @dataclass(frozen=True, slots=True)
+class NotTested(Event):
+    """The run ends, and something that was planned for it has not happened."""
+
+    event_name = "untested"
+
+    time_ns: int
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
 class PoseSampled(Event):
     """The robot's true pose in the simulation (m, m, rad), and its collisions so far."""
 

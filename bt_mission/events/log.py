@@ -170,6 +170,7 @@ WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "fault": _fault_words,
     "clock": lambda event: f"  the {_jump(float(event['jump']))}",
     "requirement": _requirement_words,
+    "untested": lambda event: f"  not tested: {event['what']}",
 }
 """The words of events, except changes of status."""
 

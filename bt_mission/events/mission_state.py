@@ -88,6 +88,8 @@ class MissionState:
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
         self._requirements: dict[str, RequirementChanged] = {}
+        self.untested: list[str] = []
+        """What was planned for the run and has not happened, known from its end on."""
         self._started_ns: list[int | None] = []
         """When each node last began to run, ns."""
         self._running_children: list[int] = []
@@ -145,12 +147,14 @@ class MissionState:
     @property
     def conclusion(self) -> tuple[str, str]:
         """The verdict of a run that has ended, else its state; and the reason."""
-        return conclusion(self.status, self.state.reason if self.state else "", self.requirements)
+        reason = self.state.reason if self.state else ""
+        return conclusion(self.status, reason, self.requirements, self.untested)
 
     @property
     def headline(self) -> str:
         """The same as one text, while it is paused with the goals that are under way."""
-        return verdict(*conclusion(self.status, self.explanation, self.requirements))
+        of_run = conclusion(self.status, self.explanation, self.requirements, self.untested)
+        return verdict(*of_run)
 
     @property
     def tip(self) -> int | None:
@@ -303,6 +307,7 @@ class MissionState:
         self.running, self.progress, self.goals, self.variables = {}, {}, {}, {}
         self.goals_changed_ns, self._ended_goals, self._requirements = {}, {}, {}
         self.ticks = self.goals_sent = None
+        self.untested = []
         self.robot.trail.clear()
         return True
 
@@ -456,6 +461,10 @@ class MissionState:
         self._requirements[event.name] = event
         return known is None or replace(known, time_ns=event.time_ns) != event
 
+    def _note_untested(self, event: happened.NotTested) -> bool:
+        self.untested.append(event.what)
+        return self._other(event)
+
     def _other(self, event: Event) -> bool:
         if event.time_ns is not None and event.time_ns > self.now_ns:
             self.now_ns = event.time_ns
@@ -478,6 +487,7 @@ class MissionState:
             happened.CountsChanged: _counts,
             happened.BreakpointsChanged: _breakpoints,
             happened.RequirementChanged: _requirement,
+            happened.NotTested: _note_untested,
         },
     )
     """The change by each event, besides the time; other events only have a line in the log."""

@@ -13,7 +13,7 @@ breakpoint pauses it in the middle of a tick, just before a node starts.
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,7 @@ from bt_mission.events.events import (
     GoalChanged,
     NodeChanged,
     NodesReset,
+    NotTested,
     RunStarted,
     StateChanged,
     TreeRevised,
@@ -109,6 +110,8 @@ class Executive:
         self.observe_s = observe_s
         self.flaws: Callable[[], Sequence[str]] = tuple
         """Returns why the run is not valid, however the tree ends; a line each."""
+        self.untested: list[Callable[[], Iterable[str]]] = []
+        """Each returns what was planned for the run and has not happened, a line each."""
         self.revisions = 0
         """The number of revisions of the mission since its start."""
         self._runtime = runtime
@@ -120,8 +123,7 @@ class Executive:
         self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
         """Wrappers of each tick's walk, for callers that need every node that it visits."""
         self._raised = (self.events.raised, trace.lines.raised)
-        self._has_started = False
-        self._keep_goals = False
+        self._has_started = self._keep_goals = False
         self._under_way: tuple[str, ...] = ()
         self._known = dict.fromkeys(self.paths, Status.INVALID)
         self._running: dict[Behaviour, None] = {}
@@ -555,6 +557,8 @@ class Executive:
                 self.verdict = MissionStatus.FAILURE
 
     def _close(self) -> None:
+        for what in (line for lines in self.untested for line in lines()):
+            self.events.emit(NotTested(self._runtime.now_ns, what))
         self._add_wrong(self.flaws())
         self.status, self.is_done = self.verdict, True
         self._emit_state()

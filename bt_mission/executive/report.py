@@ -38,10 +38,6 @@ class FailurePath:
     time_s: float
 
 
-UNTESTED = "untested"
-"""The verdict of a run in which a planned fault never happened."""
-
-
 @dataclass(frozen=True)
 class FaultOutcome:
     """The outcome of a planned fault.
@@ -64,6 +60,11 @@ class FaultOutcome:
     def fails(self) -> bool:
         """Whether a run with this outcome has not passed."""
         return self.began is None and not self.may_not_happen
+
+    @property
+    def untested(self) -> str:
+        """What a run with this outcome has not shown."""
+        return f"'{self.fault}' never happened"
 
     def __str__(self) -> str:
         if self.began is None:
@@ -96,6 +97,7 @@ class Report:
         failure: What made the tree fail; None where that did not.
         requirements: The result of each requirement.
         faults: What became of each fault that was planned.
+        untested: What was planned for the run and has not happened, a line each.
     """
 
     mission: str
@@ -119,6 +121,7 @@ class Report:
     failure: FailurePath | None = None
     requirements: tuple[RequirementResult, ...] = ()
     faults: tuple[FaultOutcome, ...] = ()
+    untested: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -127,15 +130,8 @@ class Report:
 
     @property
     def conclusion(self) -> tuple[str, str]:
-        """The verdict of the run and its reason.
-
-        A run without a fault that was planned has tested nothing of it.
-        """
-        word, reason = conclusion(self.status, self.reason, self.requirements)
-        missing = [f"'{fault.fault}'" for fault in self.faults if fault.fails]
-        if word != "success" or not missing:
-            return word, reason
-        return UNTESTED, f"{', '.join(missing)} never happened; the mission itself succeeded"
+        """The verdict of the run and its reason."""
+        return conclusion(self.status, self.reason, self.requirements, self.untested)
 
     @property
     def passed(self) -> bool:
@@ -146,7 +142,7 @@ class Report:
     def failing(self) -> str:
         """The requirements and faults that fail as text; empty if none does."""
         failing = [f"requirement {each}" for each in self.requirements if each.fails]
-        failing += [f"fault {each}" for each in self.faults if each.fails]
+        failing += self.untested
         return "; ".join(failing)
 
     def __str__(self) -> str:
@@ -182,6 +178,8 @@ class Report:
         lines.append("  " + ", ".join(facts))
         lines += [f"  requirement {requirement}" for requirement in self.requirements]
         lines += [f"  fault {fault}" for fault in self.faults]
+        said = {fault.untested for fault in self.faults}
+        lines += [f"  not tested: {each}" for each in self.untested if each not in said]
         return "\n".join(map(escape_control, lines))
 
 
@@ -213,6 +211,7 @@ def report_on(
         sample=sample_of(trace, requirements),
         failure=_failure_of(executive, virtual_s),
         requirements=requirements,
+        untested=tuple(executive.mission_state.untested),
     )
 
 

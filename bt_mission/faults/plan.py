@@ -66,6 +66,7 @@ class FaultPlan:
         self._watched: dict[int, Callable[[int], bool]] = {}
         """For faults that begin once a control step is over: whether they are due."""
         self._cycles = self._run.executive.cycles
+        self._run.executive.untested.append(self._untested)
         for number, fault in enumerate(planned):
             self._plan(number, fault)
         if self._conditions:
@@ -153,6 +154,9 @@ class FaultPlan:
                 )
             )
         return tuple(states)
+
+    def _untested(self) -> Iterator[str]:
+        return (outcome.untested for outcome in self.outcomes() if outcome.fails)
 
     # ---- beginning -----------------------------------------------------------------------
 

@@ -69,9 +69,10 @@ class FleetReport:
 
     @property
     def verdict(self) -> str:
-        """The status, or if every mission has succeeded, the worst verdict of a requirement."""
+        """The status, or if every mission has succeeded, the worst verdict of a robot."""
         results = [each for robot in self.robots for each in robot.mission.requirements]
-        return conclusion(self.status, "", results)[0]
+        untested = [line for robot in self.robots for line in robot.mission.untested]
+        return conclusion(self.status, "", results, untested)[0]
 
     @property
     def passed(self) -> bool:

@@ -13,7 +13,7 @@ CauseKind: TypeAlias = Literal[
 ]
 """``failed``: the mission failed. ``interrupted``: it reached its limit. ``violated``: it ended as
 expected and violated a requirement. ``not exercised``: the same, but a premise of a requirement
-never came true. ``untested``: the same, but a planned fault never happened. ``unexpected``:
+never came true. ``untested``: the same, but a planned fault or server was not used. ``unexpected``:
 something else differs from what the scenario expects, such as an orphaned goal. ``error``: the
 scenario could not run."""
 
@@ -22,7 +22,7 @@ KINDS: dict[CauseKind, str] = {
     "interrupted": "interrupted missions",
     "violated": "violated requirements",
     "not exercised": "requirements that were not exercised",
-    "untested": "faults that never happened",
+    "untested": "faults that never happened, servers that got no goal",
     "unexpected": "other differences",
     "error": "scenarios that could not run",
 }
@@ -76,5 +76,5 @@ def kind_of(result: ScenarioResult) -> CauseKind | None:
         if requirement.name not in expected.violated
     }
     kinds: tuple[CauseKind, ...] = ("violated", "not exercised")
-    untested: CauseKind = "untested" if any(f.fails for f in report.faults) else "unexpected"
+    untested: CauseKind = "untested" if report.untested else "unexpected"
     return next((kind for kind in kinds if kind in verdicts), untested)

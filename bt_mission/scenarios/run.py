@@ -15,6 +15,7 @@ from bt_mission.executive.status import MissionStatus
 from bt_mission.faults.located import planned_on
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
+from bt_mission.scenarios.servers import ScriptedNode
 from bt_mission.sessions.session import StepCallback
 from bt_mission.sessions.stage import Stage
 
@@ -48,7 +49,7 @@ def run_scenario(
         record = None
         if with_coverage:
             record = CoverageRecord.attach(scenario.mission, stage.executive)
-        stop_at(stage, scenario.limit)
+        attend(stage, scenario)
         while not stage.is_done:
             before_step()
             stage.step()
@@ -80,13 +81,16 @@ def _on_stage(scenario: Scenario) -> Iterator[Stage]:
         yield stage
 
 
-def stop_at(stage: Stage, time_s: float) -> None:
-    """Interrupt a mission once its first control step at a time, s since the start, is over.
+def attend(stage: Stage, scenario: Scenario) -> None:
+    """Interrupt the mission of a scenario at its limit, and note which of its servers are unused.
 
-    The observation of an ended mission continues.
+    The limit is the first control step at its time. The observation of an ended mission continues.
     """
-    end_ns = stage.start_ns + round(time_s * NS)
+    end_ns = stage.start_ns + round(scenario.limit * NS)
     executive = stage.executive
+    executive.untested += [
+        node.untested for node in stage.clock.get_nodes() if isinstance(node, ScriptedNode)
+    ]
     cycles = executive.cycles
 
     def look() -> None:

@@ -139,6 +139,7 @@ class Scenario:
             yield self._fault("before", f"{message}, got {seconds(report.virtual_s)}")
         yield from self._violations(report)
         yield from self._missing_faults(report)
+        yield from self._unused_servers(report)
         if expect.orphaned_goals not in (None, report.goals_left_behind):
             message = f"expected {expect.orphaned_goals} orphaned goals"
             yield self._fault("orphaned_goals", f"{message}, got {report.goals_left_behind}")
@@ -164,6 +165,17 @@ class Scenario:
             if outcome.fails:
                 hint = f"if the run may end before it, add '{MAY_NOT_HAPPEN.name}' to the fault"
                 yield written.locate("BT-706", f"fault {outcome}", hint, "", 0)
+
+    def _unused_servers(self, report: Report) -> Iterator[Diagnostic]:
+        """Yield the servers and answers for which no goal came, each at its place."""
+        unused = [(script, *item) for script in self.servers for item in script.lines().items()]
+        for script, number, line in unused:
+            if line in report.untested:
+                place = () if number is None else (number,)
+                message = f"not tested: {line}"
+                hint = "if no goal may come for it, add 'may_not_be_asked: true' to the answer"
+                path: tuple[Key, ...] = ("servers", script.written, *place)
+                yield self.document.diagnostic("BT-706", path, message, hint, key=number is None)
 
     def _fault(self, key: str, message: str) -> Diagnostic:
         path: tuple[Key, ...] = ("expect", key) if self.document.has("expect", key) else ("expect",)

@@ -39,6 +39,7 @@ class FeedbackForm(Written):
 class GoalForm(Written):
     """The answers to one goal; times are seconds since it arrived."""
 
+    may_not_be_asked: bool = False
     answer: Literal["accept", "reject", "none"] = "accept"
     answer_after: Time = 0.0
     feedback: list[FeedbackForm] = []
@@ -56,15 +57,36 @@ class ServerScript:
     """An action and the answers to its goals, in the order in which they arrive.
 
     A goal behind the last one gets the usual answers: it is accepted and succeeds.
+
+    Attributes:
+        written: Its name in the scenario.
     """
 
     name: str
     type: str
     goals: tuple[GoalForm, ...]
+    written: str
 
     def __call__(self, context: Context) -> ScriptedNode:
         """Return its node, for a stage."""
         return ScriptedNode(self, context)
+
+    def lines(self) -> dict[int | None, str]:
+        """What a run says of answers that no goal came for, by their numbers; None is for all."""
+        lines: dict[int | None, str] = {None: f"{self} got no goal"}
+        for number in range(len(self.goals)):
+            lines[number] = f"answer {number + 1} of {self} got no goal"
+        return lines
+
+    def unused(self, goals: int) -> Iterator[str]:
+        """Yield what no goal came for, of so many goals that have come."""
+        lines = self.lines()
+        if not goals and not any(goal.may_not_be_asked for goal in self.goals):
+            yield lines[None]
+            return
+        for number, goal in enumerate(self.goals):
+            if number >= goals and not goal.may_not_be_asked:
+                yield lines[number]
 
     def __str__(self) -> str:
         return f"the scripted server of {self.name}"
@@ -81,6 +103,11 @@ class ScriptedNode(Node):
             start_parameter_services=False,
         )
         self.server = _PlayingServer(self, script)
+        self.script = script
+
+    def untested(self) -> Iterator[str]:
+        """Yield what of its script was not used, a line each."""
+        yield from self.script.unused(len(self.server.goals))
 
 
 class _PlayingServer(ScriptedServer):
@@ -190,7 +217,7 @@ class ServersReader:
                         kind.Feedback, feedback.values, (*path, "feedback", place, "values")
                     )
             if len(self.diagnostics) == count:
-                yield ServerScript(*known, tuple(goals))
+                yield ServerScript(*known, tuple(goals), name)
 
     def _note_unknown(self, name: str) -> None:
         steps = (step for step in all_steps(self._mission) if isinstance(step, GoalNode))

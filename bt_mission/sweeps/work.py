@@ -25,7 +25,7 @@ from bt_mission.faults.located import planned_on
 from bt_mission.language.trees import has_python
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import run_scenario, stop_at
+from bt_mission.scenarios.run import attend, run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sessions.stage import Stage
 from bt_mission.sweeps.base import BaseScenario
@@ -189,7 +189,7 @@ def record_scenario(scenario: Scenario, path: Path) -> Report:
         stage = stack.enter_context(
             Stage(scenario.mission, image_folder=images, say=lambda _: None, options=options)
         )
-        stop_at(stage, scenario.limit)
+        attend(stage, scenario)
         with_outcomes = stack.enter_context(planned_on(stage, scenario.faults))
         recorder = stack.enter_context(RunRecorder(stage, path))
         while not stage.is_done:

@@ -32,7 +32,7 @@ from bt_mission.language.inputs import named_inputs
 from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import stop_at
+from bt_mission.scenarios.run import attend
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.scripted_server import ScriptedServer
@@ -165,7 +165,7 @@ class Stages:
             run = self._begin(scenario.mission, scenario_options(scenario))
         run.expect_violation(*scenario.expect.violated)
         with planned_in([run], scenario.faults) as with_outcomes:
-            stop_at(run.stage, scenario.limit)
+            attend(run.stage, scenario)
             while not run.is_done:
                 run.step()
             return scenario.judge(with_outcomes(run.stage.report()))

@@ -295,6 +295,16 @@ def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
     assert again["forked"]["faults"] == fork["forked"]["faults"]
 
 
+def test_a_fault_that_never_begins_after_the_fork_fails_it(run: Path, cli: CommandLine) -> None:
+    """The mission succeeds as before, and the fork has tested nothing."""
+    words = f"fork {run} --at 1 --fault 'at 500: drop scan' --record fault.mcap"
+    fork = cli.json(words, code=1)
+    assert fork["forked"]["verdict"] == "untested"
+    assert fork["forked"]["untested"] == ["'at 500.0: drop scan' never happened"]
+    again = cli.json("fork fault.mcap --at 2")
+    assert (again["is_identical"], again["forked"]["verdict"]) == (True, "untested")
+
+
 @pytest.mark.parametrize(
     ("recorded", "words", "expected"),
     [

@@ -104,6 +104,32 @@ def test_the_fixture_runs_the_same(stage: Stages, tmp_path: Path) -> None:
     assert len(traces) == 1
 
 
+UNUSED = "sequence: [{log: hi}, {wait: 0.1}]"
+
+
+@pytest.mark.parametrize(
+    ("servers", "tree", "place", "what"),
+    [
+        ("{turn: []}", UNUSED, "6:11", "the scripted server of turn got no goal"),
+        ("{turn: [{}]}", UNUSED, "6:11", "the scripted server of turn got no goal"),
+        ("{turn: [{}, {}]}", TURN, "6:22", "answer 2 of the scripted server of turn got no goal"),
+        ("{turn: [{}, {may_not_be_asked: true}]}", TURN, "", ""),
+        ("{turn: [{may_not_be_asked: true}]}", UNUSED, "", ""),
+    ],
+)
+def test_a_run_without_a_goal_for_an_answer_does_not_pass(
+    servers: str, tree: str, place: str, what: str, stage: Stages
+) -> None:
+    """It has shown nothing of it; the error is at the place of the answer."""
+    text = HEAD.replace("TREE", tree).replace("EXPECT", "") + f"servers: {servers}\n"
+    scenario = load_scenario(read_text(text, "s.scenario.yaml"))
+    for result in (run_scenario(scenario), stage.run_scenario(scenario)):
+        assert result.report.conclusion[0] == ("untested" if what else "success")
+        assert result.report.untested == ((what,) if what else ())
+        told = [f"s.scenario.yaml:{place}: error: not tested: {what}"] if what else []
+        assert [each.headline.partition("; ")[0] for each in result.differences] == told
+
+
 @pytest.mark.parametrize(
     ("servers", "message"),
     [

@@ -150,7 +150,8 @@ class ForkSource:
             SimpleNamespace(name=each["name"], verdict=each.get("verdict", ""))
             for each in self.requirements
         ]
-        return conclusion(*self.outcome, results)
+        untested = [str(each["what"]) for each in self.events if each.get("event") == "untested"]
+        return conclusion(*self.outcome, results, untested)
 
     @property
     def requirements(self) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from rich.cells import cell_len, set_cell_size
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
-from bt_mission.core.verdicts import FAILING, VERDICTS
+from bt_mission.core.verdicts import FAILING, UNTESTED, VERDICTS
 from bt_mission.events.events import FINAL, OPEN, RequirementChanged
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
@@ -52,7 +52,7 @@ STATE_STATUSES = {
     "success": Status.SUCCESS,
     "failure": Status.FAILURE,
     "interrupted": Status.FAILURE,
-    **dict.fromkeys(FAILING, Status.FAILURE),
+    **dict.fromkeys((*FAILING, UNTESTED), Status.FAILURE),
 }
 
 

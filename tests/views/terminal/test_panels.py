@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.events import StateChanged
+from bt_mission.events.events import NotTested, StateChanged
 from bt_mission.events.messages import BatteryState, FrameTransform
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
@@ -41,6 +41,16 @@ def test_the_header_says_how_it_goes(
     executive.now_ns += 2 * S
     executive.stand(status, reason)
     assert text_of(header(known(executive), robot, 1.5, SIGNS)) == shown
+
+
+def test_a_run_that_has_not_shown_what_was_planned_is_no_success(executive: ScriptedExecutive):
+    """The header says what never happened, on a terminal as on a full screen."""
+    mission = known(executive)
+    mission.apply(NotTested(2 * S, "'at 500: drop scan' never happened"))
+    mission.apply(StateChanged(2 * S, "run", "explore", "success", ""))
+    shown = text_of(header(mission, RobotState(), None, SIGNS))
+    assert shown.startswith("explore  ✗ untested")
+    assert "'at 500: drop scan' never happened; the mission itself succeeded" in shown
 
 
 def test_of_nothing_little_is_said():

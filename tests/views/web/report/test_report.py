@@ -159,6 +159,24 @@ def test_a_recording_that_is_not_whole_says_so(page_of: PageOf, tmp_path: Path):
     assert data["cut"] == "the file is incomplete, or the recorder was killed"
 
 
+def test_a_fault_that_never_began_is_shown(page_of: PageOf, tmp_path: Path):
+    """In the headline of the page, and in its log."""
+    path = tmp_path / "untested.mcap"
+    mission = tmp_path / "waits.yaml"
+    mission.write_text("mission: waits\nworld: empty_arena\ntree: {wait: 0.1}\n", encoding="utf-8")
+    fault = ["--fault", "at 500: drop scan", "--fault", "at 600: drop odom may_not_happen"]
+    assert main(["run", str(mission), "--record", str(path), *fault]) == 1
+    page = page_of(path)
+    what = "'at 500.0: drop scan' never happened"
+    assert "<title>waits untested" in page.read_text(encoding="utf-8")
+    (data,) = data_of(page).values()
+    state = data["messages"][-1]["state"]
+    assert state["verdict"] == "untested"
+    assert state["reason"] == f"{what}; the mission itself succeeded"
+    assert f"not tested: {what}" in str(data["messages"])
+    assert "600" not in str(data["messages"])
+
+
 def test_a_recording_of_the_executive_alone_has_a_page(page_of: PageOf, tmp_path: Path):
     """Of a robot elsewhere nothing may be known."""
     alone = edited(
