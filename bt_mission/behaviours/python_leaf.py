@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -17,8 +18,9 @@ from bt_mission.core.clock_watch import CONTAINED, LeftError
 from bt_mission.core.diagnostics import describe
 from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.language.expressions.values import WORDS, fits, type_of
 from bt_mission.language.nodes.leaves import PythonNode
-from bt_mission.language.plugins import find_class
+from bt_mission.language.plugins import attributes_of, find_class
 
 RUNNING, INVALID = Status.RUNNING, Status.INVALID
 
@@ -207,10 +209,20 @@ class PythonLeaf(Hooked):
     def _read_outputs(self) -> None:
         if self.status is INVALID:
             return
+        kind = type(self.behaviour)
         for attribute, variable in self._node.outputs.items():
             if not hasattr(self.behaviour, attribute):
                 raise MissionFailure(f"{self._named} has no attribute '{attribute}' for its output")
-            self._values.scope.values[variable] = getattr(self.behaviour, attribute)
+            value = getattr(self.behaviour, attribute)
+            wanted, actual = attributes_of(kind).get(attribute), type_of(value)
+            is_nan = isinstance(value, float) and math.isnan(value)
+            if is_nan or (wanted is not None and (actual is None or not fits(actual, wanted))):
+                got = "NaN" if is_nan else describe(value)
+                raise MissionFailure(
+                    f"{self._named}: output '{attribute}' of {kind.__name__} "
+                    f"({place_of(kind.update)}): expected {WORDS[wanted]}, got {got}"
+                )
+            self._values.scope.values[variable] = value
 
 
 def _made(node: PythonNode, values: Evaluator) -> Behaviour:

@@ -115,6 +115,10 @@ def type_hash_of(node: Node, kind: Any) -> TypeHash:
     return type_hash
 
 
+_lent: list[Context] = []
+"""The contexts that code of users has as the default one now."""
+
+
 class as_default:  # noqa: N801 - named as a function; a generator costs ten calls a step
     """Have rclpy take a context for the default one, unless a program has initialized its own.
 
@@ -130,10 +134,35 @@ class as_default:  # noqa: N801 - named as a function; a generator costs ten cal
         before = self._before = defaults.g_default_context
         if before is None or not before.ok():
             defaults.g_default_context = self._context
+        _lent.append(self._context)
 
     def __exit__(self, *_: object) -> None:
+        _lent.pop()
         defaults: Any = utilities
         defaults.g_default_context = self._before
+
+
+class ContextShutdown(SystemExit):
+    """Code of a user shuts down the context of the whole process, which is not theirs."""
+
+
+class SharedContext(Context):
+    """A context that code of users has as the default one, and cannot shut down."""
+
+    def shutdown(self) -> None:
+        """Shut down, unless code of a user calls. Raises ContextShutdown."""
+        self._refuse()
+        super().shutdown()
+
+    def try_shutdown(self) -> None:
+        """Shut down if it is not yet, unless code of a user calls. Raises ContextShutdown."""
+        self._refuse()
+        super().try_shutdown()
+
+    def _refuse(self) -> None:
+        if self in _lent:
+            what = "rclpy.shutdown() ends ROS for every node of the run; leave it out"
+            raise ContextShutdown(what)
 
 
 @dataclass(frozen=True)

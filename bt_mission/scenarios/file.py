@@ -5,7 +5,14 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    Field,
+    PlainValidator,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+)
 
 from bt_mission.core.diagnostics import describe
 from bt_mission.core.nature_field import WrittenNature
@@ -65,6 +72,23 @@ class ExpectForm(Written):
     violated: list[fields.Line] = []
     orphaned_goals: Count | Literal["any"] = 0
     collisions: Count | None = None
+
+    @field_validator("failed")
+    @classmethod
+    def _fails(cls, failed: str | None, info: ValidationInfo) -> str | None:
+        if failed and info.data.get("outcome") == "success":
+            message = "no node fails where the mission succeeds, which is what is expected"
+            raise fields.refusal(message, "add 'outcome: failure' or 'outcome: any'")
+        return failed
+
+    @field_validator("before")
+    @classmethod
+    def _in_order(cls, before: float | None, info: ValidationInfo) -> float | None:
+        after = info.data.get("after")
+        if before is not None and after is not None and before < after:
+            message = f"no end is both before {before:g} s and after {after:g} s"
+            raise fields.refusal(message, "exchange 'after' and 'before'")
+        return before
 
 
 class ScenarioFile(Written):

@@ -12,7 +12,6 @@ from itertools import chain, count
 from pathlib import Path
 
 import rclpy
-from rclpy.context import Context
 from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode
@@ -24,7 +23,7 @@ from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
 from bt_mission.language.trees import has_python
-from bt_mission.ros.graph import ProcessNode, as_default
+from bt_mission.ros.graph import ProcessNode, SharedContext, as_default
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions import stage_nature
 from bt_mission.sessions.own_nodes import OwnNodes, imported
@@ -119,7 +118,7 @@ class Stage(Session):
             if self._options.context is not None:
                 self.context = self._options.context
             else:
-                self.context = Context()
+                self.context = SharedContext()
                 rclpy.init(context=self.context)
                 made.callback(self.context.shutdown)
             self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)

@@ -7,7 +7,7 @@ when it was violated first, the values of its signals then, and shows the tree.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any
 
@@ -73,6 +73,10 @@ class MomentSignals:
         return ""
 
 
+_ANSWERS = frozenset(("holds", "line", "t", "margin", "details"))
+"""The attributes by which a test looks at a verdict; its truth is `holds`."""
+
+
 @dataclass(frozen=True, repr=False)
 class Verdict:
     """Whether a requirement holds; false in a condition where it does not.
@@ -83,6 +87,7 @@ class Verdict:
             without one.
         margin: By how much it holds, below 0 by how much it is violated; None without a measure.
         details: The line, and the tree at that moment.
+        was_read: Whether somebody has looked at it.
     """
 
     holds: bool
@@ -90,6 +95,12 @@ class Verdict:
     t: float | None = None
     margin: float | None = None
     details: str = ""
+    was_read: bool = field(default=False, compare=False)
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in _ANSWERS:
+            object.__setattr__(self, "was_read", True)
+        return object.__getattribute__(self, name)
 
     def __bool__(self) -> bool:
         return self.holds
@@ -122,8 +133,9 @@ class Assertions:
     def __init__(self) -> None:
         self.moments: list[Moment] = []
         """Every control step so far, in order."""
-        self.broken: list[Verdict] = []
         self._expected_violations: set[str] = set()
+        self._checked: list[tuple[str, Verdict]] = []
+        """What was checked and does not hold."""
 
     @property
     def requirements(self) -> Mapping[str, RequirementResult]:
@@ -161,10 +173,21 @@ class Assertions:
             if result.verdict != "violated" and name in self._expected_violations
         )
 
+    @property
+    def unread_checks(self) -> tuple[str, ...]:
+        """A line for each check that does not hold and that nobody has looked at."""
+        return tuple(
+            f"the result of run.check({text!r}) is not used, and it is: {verdict.line}"
+            for text, verdict in self._checked
+            if not verdict.was_read
+        )
+
     def check(self, requirement: str) -> Verdict:
         """Evaluate a requirement over the control steps so far, as if the run ended there.
 
-        One whose premise never came true does not hold, unless it begins with `may not apply:`.
+        One whose premise never came true does not hold, unless it begins with `may not apply:`. A
+        test fails at its end if a verdict does not hold, and neither its truth nor one of its
+        attributes was read: write ``assert run.check(...)``.
 
         It can name the signals that moments have: those of the simulation and of odometry, nodes,
         variables, `open_goals`, and topics that are recorded. `time` is since the start.
@@ -184,7 +207,8 @@ class Assertions:
         monitor.finish()
         result = monitor.result
         if not self.moments:
-            return self._kept(Verdict(holds=False, line="the run has no control step to check"))
+            verdict = Verdict(holds=False, line="the run has no control step to check")
+            return self._kept(requirement, verdict)
         at = result.at if result.violated_at is None else result.violated_at
         if result.verdict in ("holds", "not applicable"):
             return Verdict(holds=True, line=result.outcome, t=at, margin=result.margin)
@@ -196,13 +220,17 @@ class Assertions:
         since = "" if result.violated_at is None else f", first at {seconds(result.violated_at)}"
         line = f"{result.outcome}{since}" + (f": {read}" if read else "")
         details = f"{requirement}: {line}\n{signals.moment.tree}"
-        return self._kept(
-            Verdict(holds=False, line=line, t=at, margin=result.margin, details=details)
-        )
+        verdict = Verdict(holds=False, line=line, t=at, margin=result.margin, details=details)
+        return self._kept(requirement, verdict)
 
-    def _kept(self, verdict: Verdict) -> Verdict:
-        self.broken.append(verdict)
+    def _kept(self, requirement: str, verdict: Verdict) -> Verdict:
+        self._checked.append((requirement, verdict))
         return verdict
+
+    @property
+    def broken(self) -> list[Verdict]:
+        """The verdicts that do not hold."""
+        return [verdict for _, verdict in self._checked]
 
 
 def signals_of(root: SyntaxNode, signals: MomentSignals) -> dict[str, Any]:

@@ -183,6 +183,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
             "expected violations are missing",
             [line for made in stages for line in made.not_violated],
         ),
+        ("not asserted", [line for made in stages for line in made.unread]),
         ("not tested", [line for made in stages for line in made.untested]),
     ):
         if lines:

@@ -31,6 +31,7 @@ from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import named_inputs
 from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
+from bt_mission.ros.graph import SharedContext
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import attend
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
@@ -74,6 +75,8 @@ class Stages:
         """Requirements that fail, and that no test expected to be violated."""
         self.not_violated: list[str] = []
         """Requirements that a test expected to be violated."""
+        self.unread: list[str] = []
+        """A line for each check that does not hold and that the test has not looked at."""
         self.untested: list[str] = []
         """A line for each thing that the test has prepared and that has not happened."""
         self.faults = Faults()
@@ -247,7 +250,7 @@ class Stages:
         """The rclpy context of everything on this stage; made when it is first needed."""
         if self._context is None:
             isolate(visible=False)
-            self._context = Context()
+            self._context = SharedContext()
             rclpy.init(context=self._context)
             self._exit.callback(self._context.shutdown)
         return self._context
@@ -262,6 +265,7 @@ class Stages:
                 self.left_behind += run.close()
                 self.failing += run.failing_requirements
                 self.not_violated += run.missing_violations
+                self.unread += run.unread_checks
             self.untested += self._untested()
         finally:
             self._exit.close()

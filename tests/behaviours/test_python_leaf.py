@@ -55,6 +55,31 @@ def test_inputs_are_set_at_each_entry_and_outputs_read_at_the_end(play: Any) -> 
     assert run.logged == ["0 to go", "0 to go"]
 
 
+@pytest.mark.parametrize(
+    ("declared", "value", "got"),
+    [
+        ("count: int = 0", "'seven'", "expected an integer, got string 'seven'"),
+        ("count: int = 0", "0.5", "expected an integer, got the number 0.5"),
+        ("count: int = 0", "None", "expected an integer, got nothing"),
+        ("count: float = 0", "float('nan')", "expected a number, got NaN"),
+        ("count: bool = True", "1", "expected a boolean, got the number 1"),
+        ("count = 0", "float('nan')", "expected a value, got NaN"),
+        ("count: float = 0", "3", ""),
+        ("count = 0", "'seven'", ""),
+    ],
+)
+def test_an_output_has_the_declared_type(
+    play: Any, write: Any, declared: str, value: str, got: str
+) -> None:
+    """As a result of an action has; the error has the place in the mission and in the code."""
+    code = f"class Counts(Behaviour):\n    {declared}\n    def update(self):\n"
+    write(f"{code}        self.count = {value}\n        return Status.SUCCESS\n")
+    run = play("  python: 'own.py:Counts'\n  outputs: {count: n}")
+    run.tick()
+    place = "<text>:3:3: 'Counts': output 'count' of Counts (own.py:9): "
+    assert run.executive.reason == (f"{place}{got} [BT-913]" if got else "")
+
+
 def test_it_is_given_the_runtime(play: Any) -> None:
     """It reads the mission's clock, and keeps its own state from one entry to the next."""
     run = play(

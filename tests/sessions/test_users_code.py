@@ -27,7 +27,7 @@ from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.work import ScenarioWorker
 
 NODE = """\
-import sys, threading, time
+import rclpy, sys, threading, time
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionServer
 from rclpy.node import Node
@@ -63,7 +63,7 @@ tree:
     - wait: 1
 """
 LEAF = """\
-import sys, threading, time
+import rclpy, sys, threading, time
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -293,6 +293,17 @@ def test_no_code_ends_the_process(tmp_path: Path, part: str, code: str, what: st
     assert "[BT-913]" in reason
     if part in ("init", "setup", "update"):
         assert "calls.yaml:6:7: " in reason
+
+
+@pytest.mark.parametrize("part", ["execute", "beat", "update", "terminate"])
+@pytest.mark.parametrize("call", ["rclpy.shutdown()", "rclpy.try_shutdown()"])
+def test_no_code_ends_ros(tmp_path: Path, part: str, call: str) -> None:
+    """It is the run's; one line says so, with the place."""
+    report = ran(written(tmp_path, part, call))
+    assert (report.status, report.goals_left_behind) == ("failure", 0)
+    what = "ContextShutdown: rclpy.shutdown() ends ROS for every node of the run; leave it out ("
+    assert f"code of a mission must not end the process: {what}" in report.reason
+    assert "[BT-913]" in report.reason
 
 
 class Quit(BaseException):

@@ -149,3 +149,36 @@ def test_a_test_that_has_not_tested_fails(pytester: pytest.Pytester) -> None:
             "not tested: fault at 500.0: drop scan: never happened, the mission ended at 0.25 s",
         ]
     )
+
+
+UNREAD = """
+    MISSION = "mission: waits\\nworld: empty_arena\\ntree: {wait: 0.2}\\n"
+
+    def test_bare(stage):
+        run = stage.run(MISSION)
+        run.until_done()
+        run.check("always x > 5")
+
+    def test_holds(stage):
+        run = stage.run(MISSION)
+        run.until_done()
+        run.check("always x < 5")
+
+    def test_read(stage):
+        run = stage.run(MISSION)
+        run.until_done()
+        assert not run.check("always x > 5")
+        assert run.check("always x > 6").t == 0.05
+        verdict = run.check("always x > 7")
+        assert "violated" in verdict.line
+"""
+
+
+def test_a_check_that_nobody_reads_fails_where_it_does_not_hold(pytester: pytest.Pytester) -> None:
+    """A test without `assert` would pass whatever happens."""
+    pytester.makepyfile(UNREAD)
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=2, failed=1)
+    result.stdout.fnmatch_lines(
+        ["not asserted: the result of run.check('always x > 5') is not used, and it is: violated*"]
+    )

@@ -19,10 +19,11 @@ from bt_mission.core.robot.parts import (
     Place,
     Point2,
     Point3,
-    Positive,
     RobotPart,
     Size3,
     Speed,
+    TurnRate,
+    WheelRadius,
 )
 
 _SINGULAR = 0.1
@@ -32,7 +33,7 @@ _SINGULAR = 0.1
 class Wheels(RobotPart):
     """The wheels of a base: radius and width, m."""
 
-    wheel_radius: Length
+    wheel_radius: WheelRadius
     wheel_width: Length
 
     @property
@@ -146,7 +147,7 @@ class AckermannDrive(Wheels):
     wheel_y: Length
     wheelbase: Length
     max_steering_angle: Annotated[float, Field(gt=0, lt=1.5, allow_inf_nan=False)]
-    max_steering_velocity: Positive
+    max_steering_velocity: TurnRate
 
     @property
     def places(self) -> tuple[Point2, ...]:

@@ -21,16 +21,25 @@ from bt_mission.core.robot.body import Body, Hull, PolygonBody, convex
 from bt_mission.core.robot.drives import DifferentialDrive, Drive
 from bt_mission.core.robot.joints import ArmModel, GripperModel, JointLimits, ModelFile
 from bt_mission.core.robot.parts import (
+    Acceleration,
+    AccelerationNoise,
+    AngularAcceleration,
+    ControlRate,
     Distance,
+    GyroNoise,
     Mass,
     NotNegative,
     Place,
     Point2,
     Point3,
     Positive,
+    RangeNoise,
+    Rate,
     RobotPart,
     Size3,
     Speed,
+    Timeout,
+    TurnRate,
 )
 from bt_mission.core.robot.statics import is_carried
 from bt_mission.core.yaml.document import Document, read
@@ -48,6 +57,9 @@ Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 SensorKey = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,19}$")]
 LidarName = Literal["LDS-01", "LDS-02"]
 
+_FEWEST_RAYS = 8
+"""With fewer, a full turn has gaps of more than 45 deg: a place beside the robot is not seen."""
+
 LDS_02_SAMPLES = 2300.0
 """Readings a second of an LDS-02, however fast it turns [ROBOTIS e-manual]."""
 
@@ -55,7 +67,7 @@ LDS_02_SAMPLES = 2300.0
 class RatedSensor(RobotPart):
     """A sensor with its rate (Hz)."""
 
-    rate: Positive
+    rate: Rate
 
 
 class MountedSensor(RatedSensor):
@@ -81,8 +93,8 @@ class LidarModel(MountedSensor):
 
     min_range: NotNegative
     max_range: Distance
-    rays: Annotated[int, Field(ge=1, le=10_000)]
-    noise_std: NotNegative
+    rays: Annotated[int, Field(ge=_FEWEST_RAYS, le=10_000)]
+    noise_std: RangeNoise
     model: LidarName = "LDS-01"
     yaw: Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)] = 0.0
     sector: tuple[Bearing, Bearing] | None = None
@@ -102,8 +114,8 @@ class LidarModel(MountedSensor):
                 f"sector must reach from a smaller to a larger bearing, less than a full turn,"
                 f" got {first:g} to {last:g} deg; leave it out for a full turn"
             )
-        if self.rays < 2 or self.model == "LDS-02":
-            raise ValueError("a sector has two rays or more; an LDS-02 measures a full turn")
+        if self.model == "LDS-02":
+            raise ValueError("an LDS-02 measures a full turn; leave out 'sector'")
         return self
 
     @property
@@ -127,7 +139,7 @@ class LidarModel(MountedSensor):
         if model == "LDS-01":
             figures = {"min_range": 0.12, "max_range": 3.5, "rays": 360}
         else:
-            rays = max(1, round(LDS_02_SAMPLES / self.rate))
+            rays = max(_FEWEST_RAYS, round(LDS_02_SAMPLES / self.rate))
             figures = {"min_range": 0.16, "max_range": 8.0, "rays": rays}
         return self.model_copy(update={"model": model, **figures})
 
@@ -156,7 +168,7 @@ class DepthCameraModel(MountedSensor):
     hfov: Annotated[float, Field(gt=0, lt=math.pi, allow_inf_nan=False)]
     min_range: NotNegative
     max_range: Distance
-    noise_std: NotNegative = 0.0
+    noise_std: RangeNoise = 0.0
 
     @model_validator(mode="after")
     def _depths_in_order(self) -> DepthCameraModel:
@@ -177,7 +189,7 @@ class RangeSensorModel(MountedSensor):
     field_of_view: Annotated[float, Field(gt=0, le=120, allow_inf_nan=False)] = 1.0
     min_range: NotNegative
     max_range: Distance
-    noise_std: NotNegative = 0.0
+    noise_std: RangeNoise = 0.0
 
     @model_validator(mode="after")
     def _distances_in_order(self) -> RangeSensorModel:
@@ -218,8 +230,8 @@ class BumperModel(RatedSensor):
 class ImuModel(MountedSensor):
     """Gyroscope and accelerometer: place, rate, noise (rad/s and m/s^2, 1 sigma)."""
 
-    gyro_noise: NotNegative
-    accel_noise: NotNegative
+    gyro_noise: GyroNoise
+    accel_noise: AccelerationNoise
 
 
 class BatteryModel(RobotPart):
@@ -243,6 +255,11 @@ class BatteryModel(RobotPart):
             raise ValueError(
                 f"empty_voltage {self.empty_voltage} V must be below"
                 f" full_voltage {self.full_voltage} V"
+            )
+        if not self.empty_voltage <= self.nominal_voltage <= self.full_voltage:
+            raise ValueError(
+                f"nominal_voltage {self.nominal_voltage} V must be between empty_voltage"
+                f" {self.empty_voltage} V and full_voltage {self.full_voltage} V"
             )
         return self
 
@@ -292,18 +309,18 @@ class RobotModel(RobotPart):
 
     name: Annotated[str, Field(min_length=1)]
     max_linear_velocity: Speed
-    max_angular_velocity: Positive
-    max_linear_acceleration: Positive
-    max_angular_acceleration: Positive
-    command_timeout: Positive = 0.2
-    control_rate: Positive = 20.0
+    max_angular_velocity: TurnRate
+    max_linear_acceleration: Acceleration
+    max_angular_acceleration: AngularAcceleration
+    command_timeout: Timeout = 0.2
+    control_rate: ControlRate = 20.0
     drive: Drive
     base_height: NotNegative
     base_mass: Mass
     base_inertia: Size3 = (0.0, 0.0, 0.0)
     base_centre_of_mass: Point3 = (0.0, 0.0, 0.0)
     body: Body
-    odometry_rate: Positive = 20.0
+    odometry_rate: Rate = 20.0
     lidar: LidarModel
     lidars: dict[SensorKey, LidarModel] = Field(default_factory=dict)
     camera: CameraModel | None = None
@@ -323,6 +340,17 @@ class RobotModel(RobotPart):
         arm = {} if self.arm is None else self.arm.joints
         gripper = self.gripper
         return {**arm, **({} if gripper is None else dict.fromkeys(gripper.joints, gripper))}
+
+    @field_validator("control_rate")
+    @classmethod
+    def _commands_in_time(cls, rate: float, info: ValidationInfo) -> float:
+        timeout = info.data.get("command_timeout", math.inf)
+        if rate * timeout < 1:
+            raise ValueError(
+                f"the base stops {timeout:g} s after a command (command_timeout), and at"
+                f" {rate:g} Hz the next one comes later: it would stop between any two"
+            )
+        return rate
 
     @field_validator("range_sensors")
     @classmethod
