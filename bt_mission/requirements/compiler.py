@@ -37,7 +37,6 @@ from bt_mission.language.requirements.syntax import (
 )
 from bt_mission.requirements.measures import MEASURED_VALUES, Measured, MeasuredValue
 from bt_mission.requirements.operators import (
-    ALL_TIME,
     Ahead,
     Atom,
     Edge,
@@ -48,7 +47,7 @@ from bt_mission.requirements.operators import (
     Until,
     Window,
 )
-from bt_mission.requirements.roots import JointRoot, Response, Root, Throughout, UntilRoot
+from bt_mission.requirements.roots import JointRoot, Lasting, Response, Root, Throughout, UntilRoot
 
 Reader: TypeAlias = Callable[[], Plain | None]
 """Gives the present value of a signal; None while it has none."""
@@ -124,8 +123,9 @@ class Compiler:
             ahead = Ahead([self.formula(then)], _ns(window), all_of=False)
             return Response(self.formula(before), ahead)
         past = Temporal(answer.column, "historically", (before,), replace(window, so_far=True))
-        turned = Logic(answer.column, "or", past, then)
-        return Throughout(self.formula(turned), ALL_TIME, all_of=True)
+        turned = self.formula(Logic(answer.column, "or", past, then))
+        is_settled = self.formula(then).is_settled_by_end
+        return Lasting(turned, self.formula(before), _ns(window)[1], is_settled_by_end=is_settled)
 
     # ---- formulas at every instant -------------------------------------------------------
 

@@ -179,7 +179,7 @@ class Monitor:
     def _at_end(self, *, is_complete: bool) -> tuple[Verdict, Sample]:
         best = self._over(Truncation.WEAK_AFTER_MISSION if is_complete else Truncation.WEAK)
         value = self._over(Truncation.NEUTRAL)
-        worst = value if is_complete else self._over(Truncation.STRONG)
+        worst = self._over(Truncation.STRONG_AFTER_MISSION if is_complete else Truncation.STRONG)
         if self.violated_ns is not None:
             return "violated", best
         if self.root is not None and self.root.decided is True:

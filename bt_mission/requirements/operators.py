@@ -349,8 +349,8 @@ class LookingAhead(Formula):
         if value is not None and value[1] is not self._all_of:  # decided
             return value
         if self._all_of:
-            can_fail = truncation is Truncation.STRONG and self._is_open
-            return false_at(then_ns) if can_fail else value
+            can_fail = truncation.refutes(is_settled_by_end=self.is_settled_by_end)
+            return false_at(then_ns) if can_fail and self._is_open else value
         can_come = truncation.fulfils(is_settled_by_end=self.is_settled_by_end) and self._is_open
         return true_at(then_ns) if can_come else value
 

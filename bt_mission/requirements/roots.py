@@ -82,15 +82,50 @@ class Throughout(Root):
     def finish(self, truncation: Truncation) -> Sample:
         for sample in self._operand.finish(truncation):
             self._take(self._times.popleft(), sample)
-        if truncation is Truncation.STRONG and self._all_of and self.decided is None:
+        # A window without an end ends with the mission, whatever the robot does then.
+        is_settled = self._end == math.inf or self._operand.is_settled_by_end
+        is_refuted = self._all_of and truncation.refutes(is_settled_by_end=is_settled)
+        if is_refuted and self.decided is None:
             return false_at(0)
         if self._all_of or self.decided is not None or self._is_over:
             return self.value
-        # A window without an end ends with the mission, whatever the robot does then.
-        is_settled = self._end == math.inf or self._operand.is_settled_by_end
         if truncation.fulfils(is_settled_by_end=is_settled):
             return true_at(0)
         return false_at(0) if self.value is None and self._end < math.inf else self.value
+
+
+class Lasting(Throughout):
+    """`always (before or always[a,b] answer)`, turned into a formula that looks back.
+
+    Args:
+        turned: `historically[a,b] before or answer`.
+        end_ns: The end of the window, ns.
+        is_settled_by_end: Does the answer not change once the mission has ended?
+    """
+
+    def __init__(
+        self, turned: Formula, before: Formula, end_ns: float, *, is_settled_by_end: bool
+    ) -> None:
+        super().__init__(turned, ALL_TIME, all_of=True)
+        self._before, self._until_ns = before, end_ns
+        self._is_settled_by_end = is_settled_by_end
+        self._now_ns, self._full_ns = 0, -math.inf
+        """The present instant, and the end of the last window that was asked for."""
+
+    @override
+    def step(self, now_ns: int) -> None:
+        super().step(now_ns)
+        self._now_ns = now_ns
+        before = self._before.at(now_ns)
+        if before is not None and not before[1]:
+            self._full_ns = now_ns + self._until_ns
+
+    @override
+    def finish(self, truncation: Truncation) -> Sample:
+        is_refuted = truncation.refutes(is_settled_by_end=self._is_settled_by_end)
+        if is_refuted and self._full_ns > self._now_ns and self.decided is None:
+            return false_at(0)
+        return super().finish(truncation)
 
 
 class Response(Root):
@@ -167,7 +202,8 @@ class UntilRoot(Root):
     @override
     def finish(self, truncation: Truncation) -> Sample:
         self._take(self._aligned.finish(truncation))
-        if self.decided is None and self._all_of and truncation is Truncation.STRONG:
+        is_refuted = truncation.refutes(is_settled_by_end=self._is_settled_by_end)
+        if self.decided is None and self._all_of and is_refuted:
             return false_at(0)
         fulfils = truncation.fulfils(is_settled_by_end=self._is_settled_by_end)
         if self.decided is None and not self._all_of and fulfils:

@@ -30,6 +30,8 @@ class Truncation(Enum):
     """The same, but the mission has ended: what depends on its signals alone does not change."""
     STRONG = "strong"
     """Open claims count as false at the end."""
+    STRONG_AFTER_MISSION = "strong after mission"
+    """The same, but the mission has ended."""
 
     def fulfils(self, *, is_settled_by_end: bool) -> bool:
         """Return whether a formula comes true after the end.
@@ -39,6 +41,16 @@ class Truncation(Enum):
         """
         return self is Truncation.WEAK or (
             self is Truncation.WEAK_AFTER_MISSION and not is_settled_by_end
+        )
+
+    def refutes(self, *, is_settled_by_end: bool) -> bool:
+        """Return whether a formula that is true so far becomes false after the end.
+
+        Args:
+            is_settled_by_end: See :meth:`fulfils`.
+        """
+        return self is Truncation.STRONG or (
+            self is Truncation.STRONG_AFTER_MISSION and not is_settled_by_end
         )
 
 

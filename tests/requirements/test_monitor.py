@@ -237,6 +237,32 @@ def test_a_run_that_was_cut_tells_what_nothing_later_can_change(text: str, verdi
     assert watched(text, x=[3, 3, 3], is_complete=False).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("text", "verdict", "why"),
+    [
+        ("always for 100 s: x < 5", "open", "the run ended before it could be decided"),
+        ("never for 100 s: x > 5", "open", "the run ended before it could be decided"),
+        ("always for 100 s: x < 2", "violated", ""),
+        ("always for 0.1 s: x < 5", "holds", ""),
+        ("always for 100 s: running('a')", "holds", ""),
+        ("not ((x < 5) until (x < 0) within 100 s)", "open", "the run ended before it could"),
+        ("always (always for 1 s: x < 5)", "open", "the run ended before it could be decided"),
+        ("whenever x > 0: always for 1 s: x < 5", "open", "the run ended before it could"),
+        ("whenever x > 0: always for 1 s: running('a')", "holds", ""),
+        ("whenever x > 3: x < 5 and (always for 1 s: x < 5)", "not exercised", "'x > 3'"),
+        ("always between 0.1 s and 60 s: x < 5", "open", "the run ended before it could"),
+        ("always between 50 s and 60 s: x < 5", "not exercised", "the run ended before its window"),
+        ("never between 50 s and 60 s: x < 5", "not exercised", "the run ended before its window"),
+        ("eventually between 50 s and 60 s: x > 5", "open", "the run ended before it could"),
+    ],
+)
+def test_a_window_that_the_end_of_the_run_cuts_is_open(text: str, verdict: str, why: str) -> None:
+    """Unless its part within the run decides it, or a node does, which changes no more."""
+    result = watched(text, x=[3, 3, 3], running_of_a=[True, True, True])
+    assert result.verdict == verdict
+    assert why in result.why
+
+
 def test_what_a_node_did_lately_is_open_after_the_mission() -> None:
     """A window that moves on can still change, though the node cannot."""
     text = "eventually within 60 s: historically for 5 s so far: not running('a')"

@@ -99,7 +99,7 @@ def drawn_formula(
         measures: How probably a condition is an edge, a count, a mean, a rate or an earlier value.
     """
     first, other = (_inner(draw, level, so_far, measures) for level in (depth, depth - 1))
-    match draw.randrange(8):
+    match draw.randrange(9):
         case 0 | 1 | 2:
             return f"always {draw.choice(('', _window(draw, 'for')))} {first}"
         case 3:
@@ -110,6 +110,8 @@ def drawn_formula(
             return f"whenever {first}: {other} within {_time(draw)}"
         case 6:
             return f"({first}) until ({other}) {draw.choice(('', f'within {_time(draw)}'))}"
+        case 7:
+            return f"whenever {first}: always {_window(draw, 'for')}: {other}"
     return f"(always {first}) {draw.choice(('and', 'or'))} not (eventually {other})"
 
 

@@ -93,19 +93,23 @@ class Definition:
     def _is_cut(self, node: Temporal, at: int) -> bool:
         return self.times[at] + node.window.end > self.times[-1] + 1e-9
 
-    def _may_come(self, node: Temporal, at: int) -> bool:
+    def _is_settled(self, node: Temporal) -> bool:
         is_moving = any(
             (_looks_back(part) and part.window.is_bounded)
             or (isinstance(part, Measure) and part.word in ("mean", "rate"))
             for part in _walk(node)
         )
         settled = all("running" in name for name in _names(node)) and not is_moving
-        settled = settled or not node.window.is_bounded
-        return self._is_cut(node, at) and self.truncation.fulfils(is_settled_by_end=settled)
+        return settled or not node.window.is_bounded
+
+    def _may_come(self, node: Temporal, at: int) -> bool:
+        is_settled = self._is_settled(node)
+        return self._is_cut(node, at) and self.truncation.fulfils(is_settled_by_end=is_settled)
 
     def _may_be_refuted(self, node: Temporal, at: int, rating: Rated | None) -> bool:
         is_refuted = rating is not None and not rating[1]
-        return self.truncation is Truncation.STRONG and self._is_cut(node, at) and not is_refuted
+        can_be = self.truncation.refutes(is_settled_by_end=self._is_settled(node))
+        return can_be and self._is_cut(node, at) and not is_refuted
 
     def _ahead(
         self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
@@ -229,9 +233,8 @@ def verdict(root: SyntaxNode, run: Definition, *, is_complete: bool) -> tuple[Ve
     weak = Truncation.WEAK_AFTER_MISSION if is_complete else Truncation.WEAK
     least = Definition(run.times, run.signals).rate(root)
     best = Definition(run.times, run.signals, weak).rate(root)
-    worst = (
-        least if is_complete else Definition(run.times, run.signals, Truncation.STRONG).rate(root)
-    )
+    strong = Truncation.STRONG_AFTER_MISSION if is_complete else Truncation.STRONG
+    worst = Definition(run.times, run.signals, strong).rate(root)
     if least is None or best is None:
         if not is_exercised(root, run, by_windows_alone=True):
             return "not exercised", math.nan
