@@ -17,11 +17,11 @@ PROFILES: tuple[Profile, ...] = get_args(Profile)
 
 Shape: TypeAlias = Literal["normal", "up to", "down to"]
 """How a quantity is drawn of the value of its profile: ``normal`` about 0, with the value for one
-standard deviation, cut at two of them; ``up to``, evenly from 0 to the value; ``down to``, evenly
-from the value to 1."""
+standard deviation, and again beyond two of them; ``up to``, evenly from 0 to the value; ``down
+to``, evenly from the value to 1."""
 
 _DIGITS = 6
-_CUT = 2.0
+_MOST_DEVIATION = 2.0
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,10 @@ class Quantity:
         scale: float = getattr(self, profile)
         match self.shape:
             case "normal":
-                value = scale * max(-_CUT, min(_CUT, generator.gauss()))
+                deviation = generator.gauss()
+                while abs(deviation) > _MOST_DEVIATION:
+                    deviation = generator.gauss()
+                value = scale * deviation
             case "up to":
                 value = scale * generator.random()
             case "down to":

@@ -35,8 +35,8 @@ def test_draws_have_the_shape_that_is_declared(quantity):
     low, high = min(values), max(values)
     match quantity.shape:
         case "normal":
-            assert (low, high) == (-2 * quantity.usual, 2 * quantity.usual)
-            assert statistics.stdev(values) == pytest.approx(quantity.usual, rel=0.15)
+            assert -2 * quantity.usual < low < high < 2 * quantity.usual
+            assert statistics.stdev(values) == pytest.approx(0.88 * quantity.usual, rel=0.1)
         case "up to":
             assert 0 <= low < 0.1 * quantity.usual
             assert 0.9 * quantity.usual < high <= quantity.usual
