@@ -98,7 +98,9 @@ class RecordedRequirements:
 
     @property
     def names(self) -> KnownNames:
-        """The names that requirements can use."""
+        """The names that requirements can use; any where no mission was recorded."""
+        if not self.is_of_mission:
+            return KnownNames()
         nodes = self.survey.nodes
         goals = {node.name for node in nodes if node.kind == ActionLeaf.__name__}
         return KnownNames(

@@ -73,6 +73,15 @@ def test_an_unknown_verdict_has_an_exit_code_of_its_own(cli: CommandLine) -> Non
     assert "requirement keeps off: unknown: clearance: only a simulation provides it" in out
     more = required(cli, keeps_off=keeps_off, is_slow="always speed < 0.1")
     cli(f"verify bag.mcap {more}", 1)
+    of_a_mission = required(cli, turns="never failed('turn')", counts="always $count < 3")
+    out = cli(f"verify bag.mcap {of_a_mission}", 3)
+    assert "turns: unknown: failed('turn'): the recording contains no mission" in out
+    assert "counts: unknown: $count: the recording contains no mission" in out
+    cli.write(
+        "mine.yaml", "mission: m\nrequirements:\n  r: never failed('a')\ntree: {wait: 1, name: a}\n"
+    )
+    out = cli("verify bag.mcap --mission mine.yaml", 3)
+    assert "r: unknown: failed('a'): the recording contains no mission" in out
 
 
 def test_an_open_requirement_is_no_failure_of_a_whole_recording(cli: CommandLine) -> None:
