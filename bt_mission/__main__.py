@@ -21,8 +21,12 @@ def main() -> int:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # since Python started
             signal.signal(signal.SIGINT, signal.default_int_handler)
         from bt_mission.core.memory import spare_collections  # noqa: PLC0415 - it takes a while
-        from bt_mission.core.terminal.streams import keep_output_for_python  # noqa: PLC0415
+        from bt_mission.core.terminal.streams import (  # noqa: PLC0415
+            keep_output_for_python,
+            open_standard_streams,
+        )
 
+        open_standard_streams()
         spare_collections()
         keep_output_for_python()
         from bt_mission.cli import main as run_command_line  # noqa: PLC0415 - the same

@@ -30,7 +30,6 @@ from bt_mission.agents.site import load_site
 from bt_mission.agents.site_files import differing
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.html.pages import render
-from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.drawing.path import path_png
 from bt_mission.views.web.gate import HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions
@@ -95,8 +94,8 @@ class ApprovalServer(PageServer):
     def _show(self, name: str) -> Response:
         shown = Shown.of(self._folder, load_site(self._site_file), name)
         picture = ""
-        if shown.recording is not None:
-            image = path_png(read_timeline(shown.recording))
+        if shown.timeline is not None:
+            image = path_png(shown.timeline)
             picture = f"data:image/png;base64,{base64.b64encode(image).decode()}"
         once = secrets.token_urlsafe(16)
         while len(self._shown) >= MOST_SHOWN:

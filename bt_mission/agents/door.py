@@ -8,8 +8,6 @@ import shutil
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from bt_mission.agents.call_log import CallLog
@@ -72,6 +70,7 @@ class Door:
     ) -> None:
         self.site, self.folder, self.robot = site, folder, robot
         self.log = CallLog(folder.log)
+        folder.remove_old_work()
         self._run, self._examine, self._wait_s = run, examine, wait_s
         self._job: _Job | None = None
         self._trials: dict[str, dict[str, Any]] = {}
@@ -243,8 +242,8 @@ class Door:
         self.site.refuse_changed()
 
         async def run() -> dict[str, Any]:
-            with TemporaryDirectory(dir=self.folder.path("proposals"), prefix=".work-") as name:
-                return await work(Workbench(Path(name), proposal, self.site))
+            with self.folder.work_folder() as path:
+                return await work(Workbench(path, proposal, self.site))
 
         self._job = job = _Job(what, proposal.name, asyncio.create_task(run()))
         done, _ = await asyncio.wait([job.task], timeout=self._wait_s)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 import re
 import shutil
 import stat
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from operator import index
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from bt_mission.core.diagnostics import quoted
@@ -23,6 +26,8 @@ MOST_TEXT = 20_000
 """Characters of a mission."""
 MOST_FILE = 1_000_000
 MOST_PROPOSALS = 100
+_WORK = ".work-"
+"""The beginning of the name of a job's folder."""
 _NOT_TEXT = ("Cc", "Cs")
 """The categories of control characters, and of halves of characters."""
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,39}")
@@ -159,6 +164,34 @@ class AgentFolder:
         if recording is None:
             return None
         return self._bytes(*recording.with_suffix(".png").relative_to(self.root).parts)
+
+    @contextmanager
+    def work_folder(self) -> Iterator[Path]:
+        """Make a folder for a job, locked while it runs, and remove it."""
+        with TemporaryDirectory(dir=self.path("proposals"), prefix=_WORK) as name:
+            number = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+            try:
+                fcntl.flock(number, fcntl.LOCK_EX)
+                yield Path(name)
+            finally:
+                os.close(number)
+
+    def remove_old_work(self) -> None:
+        """Remove the folders of jobs whose process was killed."""
+        for path in self.path("proposals").glob(f"{_WORK}*"):
+            try:
+                flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+                number = os.open(path, flags)
+            except OSError:  # it is no folder, or has just been removed
+                continue
+            try:
+                fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:  # its job runs
+                continue
+            else:
+                shutil.rmtree(path, ignore_errors=True)
+            finally:
+                os.close(number)
 
     def remove(self, *parts: str) -> None:
         """Remove a file or a folder, if it is there."""

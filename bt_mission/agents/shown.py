@@ -24,7 +24,7 @@ from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.composer import split_lines
 from bt_mission.events.watched_mission import targets
 from bt_mission.recording.replay.player import TimelineSeeker
-from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.recording.replay.timeline import Timeline, read_timeline
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import marks_for, text_of
 
@@ -57,6 +57,7 @@ class Shown:
         parts: What is shown of it, in this order.
         missing: What is missing for an approval.
         recording: That of the worst simulated run.
+        timeline: Read from it; None without one.
         log: A line about the log of calls.
     """
 
@@ -66,6 +67,7 @@ class Shown:
     parts: Sequence[Part]
     missing: Sequence[str]
     recording: Path | None
+    timeline: Timeline | None
     log: str
 
     @classmethod
@@ -74,6 +76,13 @@ class Shown:
         proposal = folder.proposal(name)
         evidence = evidence_of(folder, proposal, site)
         before = folder.approved(name)
+        missing, recording = evidence.lacks(site, proposal), folder.recording(name)
+        timeline: Timeline | None = None
+        if recording is not None:
+            try:
+                timeline = read_timeline(recording)
+            except BtMissionError as error:
+                missing.append(f"the worst run cannot be shown: {error.headline}; simulate again")
         return cls(
             site,
             proposal,
@@ -83,8 +92,9 @@ class Shown:
                 *_checks(evidence),
                 *_runs(site, proposal, evidence),
             ],
-            evidence.lacks(site, proposal),
-            folder.recording(name),
+            missing,
+            recording,
+            timeline,
             str(read_log(folder.log)),
         )
 
@@ -104,10 +114,10 @@ class Shown:
         for part in self.parts:
             yield from ("", f"{part.title}:")
             yield from _marked(part.lines, width) if part.is_theirs else map(_indented, part.lines)
-        if self.recording is not None:
+        if self.recording is not None and self.timeline is not None:
             page = self.recording.with_suffix(".html")
             yield from ("", f"The worst run ({page}):")
-            yield from (f"{THEIRS}{line}" for line in _map(self.recording, encoding))
+            yield from (f"{THEIRS}{line}" for line in _map(self.timeline, encoding))
         yield from ("", self.log)
 
 
@@ -194,8 +204,7 @@ def _marked(lines: Iterable[str], width: int) -> Iterator[str]:
         yield from (f"{CONTINUED if at else THEIRS}{each}" for at, each in enumerate(pieces))
 
 
-def _map(recording: Path, encoding: str | None) -> Iterator[str]:
-    timeline = read_timeline(recording)
+def _map(timeline: Timeline, encoding: str | None) -> Iterator[str]:
     state = TimelineSeeker(timeline).seek(timeline.end_ns)
     chart = MapChart(marks_for(encoding))
     for spans in chart.draw(state.robot, targets(state), COLUMNS, ROWS):

@@ -22,7 +22,7 @@ class Permissions:
         includes: May it include files?
         python: What becomes of Python leaves.
         constructs: Construct the leaves that are imported, to find what their constructors raise. A
-            run does so later.
+            run does so later; a server, before a mission ends for another one.
         hint: What to do about leaves or files that are refused, or leaves that are only named.
         texts: Those of the files that it may include, by name; None reads them from the disk.
     """

@@ -27,8 +27,9 @@ from sim.world.world import World
 LIMIT_S = 600.0
 """Virtual seconds after which a run counts as one that never ends."""
 
-TIME_IS_UP = "the test is over"
-"""The reason of a mission that runs on when nobody wants to see more of it."""
+TIME_IS_UP = "its time is up"
+"""The reason of a mission that a test, or the limit of its scenario, ends. One for both: the trace
+of a test is that of its scenario."""
 
 Outcome = Literal["success", "failure", "interrupted", "any"]
 

@@ -85,6 +85,7 @@ class ServedMissions:
             permissions = Permissions(
                 self.folders,
                 python=self.python,
+                constructs=self.allow_python,
                 hint=None if self.allow_python else NO_PYTHON,
             )
         return required(examine(source, values, seed, servers=None, permissions=permissions))

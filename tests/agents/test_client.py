@@ -13,10 +13,11 @@ from rclpy.action import ActionClient
 
 from bt_mission.agents.door import Door
 from bt_mission.agents.permitted import PermittedMissions
-from bt_mission.agents.robot import RosRobot
+from bt_mission.agents.robot import UNANSWERED, RosRobot
 from bt_mission.agents.server import agent_server
 from bt_mission.cli import main
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.sessions.scripted_server import ScriptedServer
 from tests.support.agents import TURN, Played
 from tests.support.mission_goals import Sent
 
@@ -110,6 +111,29 @@ def test_a_permit_is_spent_only_when_its_mission_starts(ros: Any, played: Played
     assert first.end()[1].error_msg == "replaced by a newer mission"
     assert "has expired" in late.end()[1].error_msg
     assert len(turn.goals) == 1
+
+
+def test_while_nobody_answers_a_drive_is_neither_running_nor_refused(
+    ros: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The executive may accept it later; its result is then in the status."""
+    monkeypatch.setattr("bt_mission.agents.robot.START_S", 0.05)
+    kind = "bt_mission_interfaces/action/ExecuteMission"
+    served = ScriptedServer(ros.node("server"), kind, "execute_mission", accepts=None)
+    robot = RosRobot(ros.node("agents"), ros.step)
+    ros.until(robot._goals.server_is_ready)
+
+    async def session() -> dict[str, Any]:
+        serving = asyncio.create_task(robot.serve_forever())
+        answer = await robot.drive("look")
+        served.goal.accept()
+        served.goal.abort(error_msg="it fell over")
+        ros.until(lambda: robot.status()["result"] is not None)
+        serving.cancel()
+        return answer
+
+    assert asyncio.run(session()) == {"is_driving": None, "why": UNANSWERED}
+    assert robot.status()["result"] == "«it fell over»"
 
 
 def test_without_a_robot_stop_answers_at_once(ros: Any, played: Played) -> None:

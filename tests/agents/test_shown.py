@@ -94,6 +94,37 @@ def test_the_page_shows_the_same_parts(played: Played) -> None:
     assert "held in 1 of 1 runs&#x27;: held in 2 of 2 runs" in "".join(boxes[1:])
 
 
+def test_a_damaged_recording_is_shown_as_missing(played: Played) -> None:
+    """Everything else is shown, on a terminal and on the page; nothing can be approved."""
+    _shown(played, 80)
+    folder = played.folder.path("proposals", "look", "results", "recordings")
+    folder.mkdir(parents=True)
+    (folder / "0.mcap").write_bytes(b"no recording")
+    shown = Shown.of(played.folder, played.read_site(), "look")
+    assert "  2 of 2 runs succeeded (seeds 0 to 1)" in list(shown.lines("utf-8", 80))
+    (why,) = shown.missing
+    assert why.startswith("the worst run cannot be shown: ")
+    assert why.endswith("simulate again")
+
+    async def scene(server: Any) -> str:
+        return (await fetch(server, f"/{server.token}/look"))[2]
+
+    page = played.on_page(scene)
+    assert "the worst run cannot be shown" in page
+    assert "<form" not in page
+
+
+def test_folders_of_killed_jobs_are_removed_at_the_next_start(played: Played) -> None:
+    """Not that of a job that runs."""
+    old = played.folder.path("proposals", ".work-killed")
+    (old / "results").mkdir(parents=True)
+    with played.folder.work_folder() as running:
+        played.restart()
+        assert running.is_dir()
+    assert not old.exists()
+    assert not running.exists()
+
+
 @pytest.mark.parametrize(
     ("name", "is_fine"),
     [

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import resource
+import shlex
 import signal
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -175,6 +177,21 @@ def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
         process.stdout.readline()
         process.stdout.close()
         assert process.wait(timeout=PATIENCE_S) == 130
+
+
+@pytest.mark.parametrize(
+    "closed",
+    [">&-", *(pytest.param(each, marks=pytest.mark.thorough) for each in ("2>&-", "<&- >&- 2>&-"))],
+)
+def test_closed_streams_are_no_traceback(write: Write, tmp_path: Path, closed: str) -> None:
+    """Nothing that is opened later is taken for one of them."""
+    mission = write("waits.yaml", "mission: waits\nworld: empty_arena\ntree: {wait: 0.2}\n")
+    recording = tmp_path / "run.mcap"
+    words = shlex.join([sys.executable, "-m", "bt_mission", "run", mission, "--record"])
+    script = f"exec {words} {shlex.quote(str(recording))} {closed}"
+    shell = subprocess.run(["/bin/sh", "-c", script], capture_output=True, check=False)
+    assert (shell.returncode, b"Error" in shell.stdout + shell.stderr) == (0, False)
+    assert read_run(recording).summary["status"] == "success"
 
 
 def test_sim_servers_and_executive_as_three_processes(

@@ -91,7 +91,7 @@ def test_start_and_obstacles_are_there_from_the_beginning(scenario: Any) -> None
             8,
             "expected a violation of 'a', got: a: holds",
         ),
-        ("limit: 1.0\n", 1, "expected success, got interrupted: the test is over"),
+        ("limit: 1.0\n", 1, "expected success, got interrupted: its time is up"),
     ],
 )
 def test_what_comes_out_otherwise_has_its_place(

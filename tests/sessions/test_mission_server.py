@@ -196,6 +196,25 @@ def test_what_cannot_run_replaces_nothing(
     assert second.end()[0] == "succeeded"
 
 
+def test_a_behaviour_that_cannot_be_made_replaces_nothing(
+    ros: Any, send: Any, turning: Any, tmp_path: Any
+) -> None:
+    """Its constructor raises before the mission that runs is asked to end."""
+    (tmp_path / "mine.py").write_text(
+        "import py_trees\nclass Mine(py_trees.behaviour.Behaviour):\n"
+        "    def __init__(self, name):\n        raise ZeroDivisionError('oh')\n"
+        "    def update(self): ...\n"
+    )
+    path = tmp_path / "m.yaml"
+    path.write_text("mission: m\ntree:\n  python: mine.py:Mine\n")
+    ros.serve(ServedMissions((tmp_path,), allow_python=True, allow_text=True))
+    turn, first = turning({"cancels": None})
+    result = send(path=str(path)).end()[1]
+    assert result.error_code == 909
+    assert "ZeroDivisionError: oh (mine.py:4)" in result.error_msg
+    assert (turn.goal.cancels, first.is_done) == (0, False)
+
+
 def test_a_mission_that_waits_is_as_it_was_sent(ros: Any, turning: Any, tmp_path: Any) -> None:
     """Its file may change in the meantime."""
     turn, first = turning({"cancels": None}, missions=ServedMissions((tmp_path,), allow_text=True))

@@ -89,7 +89,7 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
     trace = read_trace(folder / "test_a.test_stops-seed7/trace.jsonl")
     assert trace.start["seed"] == 7
     (end,) = (event for event in trace.events if event["event"] == "mission")
-    assert end["reason"] == "the test is over", "what came after the failure is in it, too"
+    assert end["reason"] == "its time is up", "what came after the failure is in it, too"
     assert "waits: interrupted" in (folder / "test_a.test_stops-seed7/run.txt").read_text()
     film = read_timeline(folder / "test_a.test_stops-seed7/recording.mcap")
     assert film.why_cut == ""

@@ -203,7 +203,7 @@ def test_an_ended_test_leaves_nothing_running(stage: Any) -> None:
     run = stage.run(DRIVE)
     run.until(lambda s: s.speed > 0.1)
     assert run.close() == ()
-    assert (run.status, run.reason) == ("interrupted", "the test is over")
+    assert (run.status, run.reason) == ("interrupted", "its time is up")
     assert run.goals[0].status == "canceled"
     assert run.close() == ()
 

@@ -75,6 +75,21 @@ def escaped_output() -> Iterator[None]:
         sys.stdout, sys.stderr = before
 
 
+def open_standard_streams() -> None:
+    """Open those that are closed, as by ``>&-``, on nothing.
+
+    The next file to be opened would be taken for one of them, also by libraries in C.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
 def keep_output_for_python() -> None:
     """Send what others than Python write to standard output to standard error.
 
