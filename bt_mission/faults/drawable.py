@@ -62,6 +62,8 @@ class Drawable:
         events: Conditions at which faults may begin, besides the times.
         limits: Times that decide something, s: periods just below and above them are drawn as
             often as all others.
+        trusted: The topics whose messages the mission reads, each with the periods of silence
+            that its limits tell apart, s. They are tried first.
     """
 
     names: Sequence[str]
@@ -74,6 +76,7 @@ class Drawable:
     fields: Sequence[FieldValues] = FIELDS
     events: Sequence[str] = ()
     limits: Sequence[float] = ()
+    trusted: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def period(self, draws: Draws, low: float, high: float, step: float) -> float:
         """Draw a period, s: one between two, or one beside a limit."""

@@ -17,6 +17,10 @@ from bt_mission.faults.world import OF_A_BOX
 from bt_mission.language.requirements.formula import Condition
 
 MOST_DIAGNOSTICS = 5
+SILENCES_ONE_IN = 3
+"""As often, where the mission trusts a topic, that falls silent."""
+SILENCING = ("drop", "freeze")
+"""The faults after which a topic has no new value, the simplest first."""
 LONGEST_HELD_S = 3.0
 """An event has been true for so long at most when a fault begins, s."""
 
@@ -94,11 +98,26 @@ def can_be_drawn(name: str, drawable: Drawable) -> bool:
 def drawn_fault(draws: Draws, drawable: Drawable) -> tuple[PlannedFault, ...]:
     """Return a random fault, and what it needs before it."""
     begins = drawn_beginning(draws, drawable)
+    silencing = [name for name in SILENCING if name in drawable.names]
+    if drawable.trusted and silencing and maybe(draws, SILENCES_ONE_IN):
+        return (_drawn_silence(begins, silencing, draws, drawable),)
     kind = FAULTS[one_of(draws, drawable.names)]
     fault = planned_fault(begins, kind.name, **_drawn_arguments(kind, draws, drawable))
     if kind.name in OF_A_BOX:
         return (planned_fault(begins, "spawn_box", 1.0, 0.0, nearest_free=True), fault)
     return (fault,)
+
+
+def _drawn_silence(
+    begins: Beginning, names: Sequence[str], draws: Draws, drawable: Drawable
+) -> PlannedFault:
+    """Draw a silence of a topic that the mission trusts, for about as long as it may be."""
+    topic = one_of(draws, tuple(drawable.trusted))
+    periods = drawable.trusted[topic]
+    lasting = (
+        one_of(draws, periods) if periods else drawable.period(draws, *drawable.lasting, STEP_S)
+    )
+    return planned_fault(begins, one_of(draws, names), topic=topic, lasting=lasting)
 
 
 def drawn_beginning(draws: Draws, drawable: Drawable) -> Beginning:

@@ -54,6 +54,9 @@ LIMITS = ("timeout", "server_timeout", "acceptance_timeout", "feedback_timeout",
 BESIDE_S = 0.1
 """Periods are drawn so much below and above a limit, s: two control steps."""
 
+WELL_BEYOND = 1.4
+"""A silence of this times a limit is noticed, however seldom messages come."""
+
 LONGEST_LIMIT_S = 30.0
 """Longer limits are not tried: a run would take too long."""
 
@@ -85,6 +88,8 @@ class Material:
         topics: With the names of their types.
         services: That it calls.
         limits: Periods just below and above its time limits and those of the servers, s.
+        trusted: The topics that it reads, each with periods just below, just above and well above
+            its own limits, s.
         fields: Values of feedback, results and messages beside what they are compared with.
         events: Conditions at which faults may begin.
         branches: Its conditions.
@@ -95,6 +100,7 @@ class Material:
     topics: Mapping[str, str]
     services: tuple[str, ...]
     limits: tuple[float, ...]
+    trusted: Mapping[str, tuple[float, ...]]
     fields: tuple[FieldValues, ...]
     events: tuple[str, ...]
     branches: tuple[Branch, ...]
@@ -125,6 +131,7 @@ def material_of(mission: Mission) -> Material:
         topics,
         tuple(dict.fromkeys(step.ros_name for step in steps if isinstance(step, ServiceNode))),
         tuple(_limits(mission, steps)),
+        _trusted(mission, steps, signals),
         tuple(_field_values(comparisons, goals, topics)),
         tuple(dict.fromkeys(_events(waiting, branches))),
         branches,
@@ -143,13 +150,15 @@ def _topics(mission: Mission, steps: list[NodeModel], signals: list[SignalValue]
     topics |= {
         step.ros_name.strip("/"): step.type for step in steps if isinstance(step, WaitForNode)
     }
-    for signal in signals:
-        named = {"battery": "battery_state"}.get(signal.name, "")
-        if signal.name in ("age", "topic"):
-            named = signal.arguments[0].strip("/")
-        if named in ROBOT_TOPICS:
-            topics[named] = ROBOT_TOPICS[named]
-    return topics
+    named = filter(None, map(_topic_of, signals))
+    return topics | {name: ROBOT_TOPICS[name] for name in named if name in ROBOT_TOPICS}
+
+
+def _topic_of(signal: SignalValue) -> str:
+    """Return the topic that a signal names; "" for none."""
+    if signal.name in ("age", "topic"):
+        return signal.arguments[0].strip("/")
+    return "battery_state" if signal.name == "battery" else ""
 
 
 def _limits(mission: Mission, steps: list[NodeModel]) -> Iterator[float]:
@@ -164,6 +173,39 @@ def _limits(mission: Mission, steps: list[NodeModel]) -> Iterator[float]:
     for limit in sorted(known):
         if BESIDE_S < limit <= LONGEST_LIMIT_S:
             yield from (round(limit - BESIDE_S, 6), round(limit + BESIDE_S, 6))
+
+
+def _trusted(
+    mission: Mission, steps: list[NodeModel], signals: list[SignalValue]
+) -> dict[str, tuple[float, ...]]:
+    """Return the topics that nodes, variables and requirements read, with periods of silence."""
+    read: list[tuple[str, Any]] = [
+        (followed.settings.topic, followed.settings.timeout)
+        for tree in mission.all_trees
+        for followed in tree.follow
+    ]
+    read += [(step.ros_name, step.timeout) for step in steps if isinstance(step, WaitForNode)]
+    read += [(name, None) for name in map(_topic_of, signals) if name]
+    read += [
+        (signal.arguments[0], value)
+        for requirement in mission.requirements
+        for signal, value in _compared(requirement.root, {}, signals_in)
+        if signal.name == "age"
+    ]
+    limits: dict[str, set[float]] = {topic.strip("/"): set() for topic, _ in read}
+    for topic, limit in read:
+        value = _number(limit, mission)
+        if value is not None and value <= LONGEST_LIMIT_S:
+            limits[topic.strip("/")].add(value)
+    return {
+        topic: tuple(
+            round(period, 6)
+            for limit in sorted(known)
+            for period in (limit + BESIDE_S, WELL_BEYOND * limit, limit - BESIDE_S)
+            if period > BESIDE_S
+        )
+        for topic, known in limits.items()
+    }
 
 
 def _number(value: Any, mission: Mission) -> float | None:
@@ -423,6 +465,7 @@ async def present_in(material: Material, base: BaseScenario, runner: ScenarioRun
     return replace(
         material,
         topics=topics,
+        trusted={topic: each for topic, each in material.trusted.items() if topic in topics},
         actions=actions,
         services=tuple(
             service for service in material.services if ("service", service) not in lost

@@ -86,9 +86,13 @@ class SearchSpace:
         self._fault_times: Span = ranges.faults.times or whole_run
         self._lasting: Span | None = ranges.faults.lasting
         lasting = self._lasting or Span(STEP_S, LONGEST_S)
-        limits = [
-            limit for limit in given.limits if self._lasting is None or _is_in(lasting, limit)
-        ]
+
+        def allowed(periods: Sequence[float]) -> list[float]:
+            """Return the periods that the ranges allow."""
+            return [
+                period for period in periods if self._lasting is None or _is_in(lasting, period)
+            ]
+
         choice = Drawable(
             (),
             given.leaves,
@@ -99,7 +103,8 @@ class SearchSpace:
             services=given.services,
             fields=given.fields,
             events=given.events if ranges.faults.times is None else (),
-            limits=limits,
+            limits=allowed(given.limits),
+            trusted={topic: allowed(periods) for topic, periods in given.trusted.items()},
         )
         kinds = faults_of(ranges.faults.kinds or _default_kinds(given))
         names = [kind for kind in kinds if can_be_drawn(kind, choice) and kind not in given.lacking]

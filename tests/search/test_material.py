@@ -65,6 +65,23 @@ def test_limits(given: Material) -> None:
     assert {4.9, 5.1, 0.5, 0.7} <= limits  # of the default, and of our servers
 
 
+def test_topics_that_it_trusts(given: Material, tmp_path: Path) -> None:
+    """Each with periods beside and well beyond its own limits."""
+    assert given.trusted == {"battery_state": ()}
+    text = (
+        "mission: m\nrequirements: {sees: always age('scan') < 0.5}\n"
+        "follow:\n  - {topic: odom, type: nav_msgs/msg/Odometry, as: x, timeout: 2,"
+        " field: pose.pose.position.x}\n"
+        "tree:\n  wait_for: {topic: motors_on, type: std_msgs/msg/Bool, until: data}\n"
+        "  timeout: 10\n"
+    )
+    assert material_of(loaded(tmp_path, text).mission).trusted == {
+        "odom": (2.1, 2.8, 1.9),
+        "motors_on": (10.1, 14.0, 9.9),
+        "scan": (0.6, 0.7, 0.4),
+    }
+
+
 def test_values_beside_comparisons(given: Material) -> None:
     """Of feedback, results that variables come from, followed topics, and requirements."""
     result = {(field.fault, field.field): field.values for field in given.fields}

@@ -53,6 +53,32 @@ def test_everything_is_within_the_ranges(base: BaseScenario) -> None:
     assert all(space.allows(candidate) for candidate in drawn)
 
 
+TRUSTS = """\
+mission: careful
+world: empty_arena
+follow:
+  - {topic: /battery_state, type: sensor_msgs/msg/BatteryState, field: percentage, as: charge,
+     timeout: 10, default: 0}
+tree: {guard: charge > 20, do: {turn: {angle: 90}, timeout: 30}}
+"""
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_topic_that_the_mission_trusts_falls_silent_early(tmp_path: Path, seed: int) -> None:
+    """For longer than its limit, within the first 30 candidates."""
+    path = tmp_path / "m.yaml"
+    path.write_text(TRUSTS)
+    space = SearchSpace(load_base(path, BaseChanges()), RangesFile().ranges, (), 40.0)
+    drawn = RandomStrategy(space, seed).ask(30)
+    silences = [
+        fault
+        for candidate in drawn
+        for fault in candidate.faults
+        if fault.name in ("drop", "freeze") and fault.arguments["topic"] == "battery_state"
+    ]
+    assert any(fault.lasting is not None and fault.lasting > 10 for fault in silences)
+
+
 def test_what_moves_is_there(base: BaseScenario) -> None:
     """One obstacle in three goes somewhere, from the instant at which it appears."""
     drawn = RandomStrategy(space_of(base, "faults: {most: 0}"), 0).ask(100)
