@@ -537,17 +537,17 @@ class _Writer:
 
     def _requirement(self) -> str:
         draw, names = self._draw, self._names
-        one, other = draw.choice(names), draw.choice(names)
+        node, other = draw.choice(names), draw.choice(names)
         forms = [
-            f'never running("{one}")',
-            f'never succeeded("{one}")',
-            f'never failed("{one}")',
-            f'never running("{one}") and running("{other}")',
-            f'whenever running("{one}"): previously succeeded("{other}")',
-            f'whenever failed("{one}"): previously failed("{other}")',
-            f'always count(starts(running("{one}"))) <= {draw.choice((1, 2))}',
-            f'eventually succeeded("{one}")',
-            f'not failed("{one}") until running("{other}")',
+            f'never running("{node}")',
+            f'never succeeded("{node}")',
+            f'never failed("{node}")',
+            f'never running("{node}") and running("{other}")',
+            f'whenever running("{node}"): previously succeeded("{other}")',
+            f'whenever failed("{node}"): previously failed("{other}")',
+            f'always count(starts(running("{node}"))) <= {draw.choice((1, 2))}',
+            f'eventually succeeded("{node}")',
+            f'not failed("{node}") until running("{other}")',
             "never open_goals > 1",
             "never goals_at_base > 1",
         ]
@@ -557,7 +557,7 @@ class _Writer:
                 f'never accepted("{goal}") and running("{other}")',
                 f'whenever accepted("{goal}"): running("{other}")',
                 f'never outcome("{goal}") = aborted',
-                f'whenever running("{one}"): outcome("{goal}") = succeeded',
+                f'whenever running("{node}"): outcome("{goal}") = succeeded',
             ]
         variables = [name for name in self._types if name not in self._inputs]
         for name in draw.sample(variables, min(2, len(variables))):
