@@ -58,8 +58,8 @@ examples:
   bt-mission fork two.mcap --at 5 --robot burger1 --set speed=0.1    one robot of a fleet
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
-run repeated exactly; with --sweep-at: an instant was found), 1 otherwise, 2 bad input, or a
-difference before the fork, 130 interrupted
+run repeated exactly; with --sweep-at: an instant was found), 1 otherwise, or with an incomplete
+file, 2 bad input, or a difference before the fork, 130 interrupted
 """
 
 
@@ -101,7 +101,7 @@ def fork(options: argparse.Namespace) -> int:
     change = replace(change, values={**change.values, **given}, faults=tuple(options.fault))
     if options.sweep_at:
         return _sweep(options, source, change)
-    result, kept = run_fork(options, source, change, step_ns)
+    result, kept, is_whole = run_fork(options, source, change, step_ns)
     if options.json:
         print(json.dumps({**result.as_dict(), "asked_at": options.at, **kept}))
     else:
@@ -109,7 +109,7 @@ def fork(options: argparse.Namespace) -> int:
     if result.report.status == "interrupted":
         return INTERRUPTED
     is_well = result.is_identical if change.is_none else result.is_success
-    return SUCCESS if is_well else MISSION_FAILED
+    return SUCCESS if is_well and is_whole else MISSION_FAILED
 
 
 def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) -> int:
@@ -131,7 +131,7 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
 
     def attempt(step_ns: int) -> sweep.Try:
         try:
-            result, _ = run_fork(bare, source, change, step_ns, sweep.limit_of(source))
+            result, _, _ = run_fork(bare, source, change, step_ns, sweep.limit_of(source))
         except BtMissionError as error:
             return sweep.refused(source, step_ns, error)
         if result.report.reason.startswith("interrupted by"):
@@ -147,16 +147,17 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
             break
     wall_s = wall.elapsed_s
     kept: recording.Kept = {}
+    is_whole = True
     lines = sweep_lines(source, change, swept, wall_s)
     if swept.last is not None and any(getattr(options, name) for name in FILES):
-        result, kept = run_fork(options, source, change, swept.last.step_ns)
+        result, kept, is_whole = run_fork(options, source, change, swept.last.step_ns)
         lines += ["", *fork_lines(result, swept.last.at_s)]
     if options.json:
         about = {"recording": str(source.path), "change": change.as_dict(), "wall_s": wall_s}
         print(json.dumps({**about, **swept.as_dict(), **kept}))
     else:
         print("\n".join([*lines, *recording.file_lines(kept)]))
-    return MISSION_FAILED if swept.last is None else SUCCESS
+    return SUCCESS if swept.last is not None and is_whole else MISSION_FAILED
 
 
 def run_fork(
@@ -165,8 +166,10 @@ def run_fork(
     change: ForkChange,
     step_ns: int,
     limit_s: float | None = None,
-) -> tuple[ForkResult, recording.Kept]:
+) -> tuple[ForkResult, recording.Kept, bool]:
     """Run a recorded run again with a change, and keep it as the options ask for.
+
+    Returns its result, what is to be said of its files, and whether they are complete.
 
     Args:
         options: Paths of its recording, page, video and trace.
@@ -191,7 +194,7 @@ def run_fork(
         ),
         recording.recorder_for(options, stage) as keeping,
     ):
-        ended: list[tuple[ForkResult, recording.Kept]] = []
+        ended: list[tuple[ForkResult, recording.Kept, bool]] = []
 
         def end(reports: Reports) -> Report:
             result = finish(reports)
@@ -200,7 +203,8 @@ def run_fork(
                 ends = {forked.source.name: forked.report for forked in (result, *result.others)}
                 in_order = tuple(ends[name] for name in source.names)
                 summary = fleet_report(source.fleet, stage, in_order)
-            ended.append((result, keeping.finish(summary)))
+            kept = keeping.finish(summary)
+            ended.append((result, kept, not keeping.is_incomplete(kept)))
             return result.report
 
         if options.web:

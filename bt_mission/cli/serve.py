@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options, foxglove_process
 from bt_mission.cli.mcp import AGENTS, site_of, site_option
 from bt_mission.cli.options import (
@@ -49,7 +49,8 @@ in a mission:
 
 ROS arguments can follow: --ros-args -r __ns:=/robot1 -r __node:=executive -p use_sim_time:=true
 
-exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 ended by a second Ctrl-C
+exit codes: 0 ended by Ctrl-C with every goal ended, 1 with an incomplete recording, 2 bad input,
+130 ended by a second Ctrl-C
 """
 
 
@@ -139,6 +140,8 @@ def serve(options: argparse.Namespace) -> int:
         graph.drop(node)
     finally:
         graph.close()
+    if recordings is not None and not recordings.are_whole:
+        return MISSION_FAILED
     return SUCCESS
 
 

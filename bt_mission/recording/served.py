@@ -35,16 +35,25 @@ class ServedRecordings:
             raise BtMissionError(f"--record: the folder {folder} is not writable", code="BT-1103")
         self._folder = folder
         self._say = say
+        self.are_whole = True
+        """Whether each mission so far has a recording with everything in it."""
 
     def onlooker(self) -> Onlooker:
         """Return the onlooker that records one mission."""
-        return _ServedRecording(self._folder, self._say)
+        return _ServedRecording(self, self._folder, self._say)
+
+    def note_incomplete(self) -> None:
+        """Note that a recording lacks something."""
+        self.are_whole = False
 
 
 class _ServedRecording(Onlooker):
     """Records a mission; one that cannot be recorded still runs."""
 
-    def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, recordings: ServedRecordings, folder: Path, say: Callable[[str], None]
+    ) -> None:
+        self._recordings = recordings
         self._folder = folder
         self._say = say
         self._session: Session
@@ -57,18 +66,22 @@ class _ServedRecording(Onlooker):
             self._recorder = RunRecorder(session, free_file(self._folder, session.mission.name))
         except BtMissionError as error:
             self._say(f"not recorded: {error}")
+            self._recordings.note_incomplete()
 
     def close(self) -> None:
         """Close the file, with the report of a mission that has ended."""
         recorder = self._recorder
         if recorder is None:
             return
-        if not self._session.is_done:
+        if self._session.is_done:
+            recorder.finish(self._session.runner.report().as_dict())
+            lacks = f"; it lacks {recorder.missing}" if recorder.missing else ""
+            self._say(f"  recorded to {recorder.file.path}{lacks}")
+        else:
             recorder.close()
-            return
-        recorder.finish(self._session.runner.report().as_dict())
-        lacks = f"; it lacks {recorder.missing}" if recorder.missing else ""
-        self._say(f"  recorded to {recorder.file.path}{lacks}")
+        output = recorder.file.output
+        if output.fault is not None or output.is_deleted or output.remark:
+            self._recordings.note_incomplete()
 
 
 def free_file(folder: Path, mission: str) -> Path:

@@ -173,10 +173,10 @@ class ResultStore:
     @property
     def is_empty(self) -> bool:
         """Whether it has no rows, for example because no worker could be used."""
-        if not self._connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+        if not self._read("SELECT 1 FROM sqlite_master"):
             return True
         self.check_format()
-        return not self._connection.execute("SELECT 1 FROM scenarios LIMIT 1").fetchone()
+        return not self._read("SELECT 1 FROM scenarios LIMIT 1")
 
     def begin(self, about: SweepAbout) -> Self:
         """Make the tables."""
@@ -201,10 +201,10 @@ class ResultStore:
         """Refuse a file of another program or another version. Raises BtMissionError."""
         try:
             version = self.value("format")
-        except sqlite3.Error as error:
+        except BtMissionError as error:
             self.close()
             raise BtMissionError(
-                f"{self.folder}: not results of a sweep ({error})", code="BT-714"
+                f"{self.folder}: not results of a sweep ({error.__cause__})", code="BT-714"
             ) from error
         if version != str(FORMAT):
             self.close()
@@ -226,8 +226,8 @@ class ResultStore:
 
     def value(self, key: str) -> str | None:
         """Return a value beside the rows; None without one."""
-        row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
-        return None if row is None else str(row[0])
+        rows = self._read("SELECT value FROM about WHERE key = ?", key)
+        return str(rows[0][0]) if rows else None
 
     def set_value(self, key: str, value: str) -> None:
         """Keep a value beside the rows."""
@@ -252,7 +252,7 @@ class ResultStore:
         """Return the ids of all rows, or of those of scenarios that could run."""
         condition = " WHERE outcome != 'error'" if without_errors else ""
         query = f"SELECT id FROM scenarios{condition}"  # noqa: S608 - no text of a user's
-        return {row_id for (row_id,) in self._connection.execute(query)}
+        return {row_id for (row_id,) in self._read(query)}
 
     def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
         """Yield all rows, in the order of their numbers.
@@ -276,6 +276,18 @@ class ResultStore:
             raise BtMissionError(f"{self.folder / FILE}: {error}", code="BT-714") from error
 
     # ---- ends ----------------------------------------------------------------------------
+
+    def _read(self, query: str, *values: Any) -> list[Any]:
+        """Return the rows of a query; close the file where it cannot be read.
+
+        Raises:
+            BtMissionError: It cannot be read, for example on a full disk.
+        """
+        try:
+            return self._connection.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            self.close()
+            raise BtMissionError(f"{self.folder / FILE}: {error}", code="BT-714") from error
 
     @contextmanager
     def _writing(self, what: str) -> Iterator[None]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import resource
 import shutil
+import subprocess
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -293,6 +296,22 @@ def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
     again = cli.json("fork fault.mcap --at 2")
     assert again["is_identical"]
     assert again["forked"]["faults"] == fork["forked"]["faults"]
+
+
+@pytest.mark.process
+def test_a_fork_with_an_incomplete_file_fails(run: Path) -> None:
+    """It is identical, but what was asked for was not written."""
+    words = ["fork", str(run), "--at", "1", "--record", str(run.with_name("full.mcap"))]
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_mission", *words],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, "identical: all" in done.stdout) == (1, True)
+    assert "full.mcap; it lacks everything after 0.0 s (File too large)" in done.stdout
+    assert "Traceback" not in done.stdout + done.stderr
 
 
 def test_a_fault_that_never_begins_after_the_fork_fails_it(run: Path, cli: CommandLine) -> None:

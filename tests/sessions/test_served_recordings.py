@@ -35,6 +35,7 @@ def serve(ros: Any, tmp_path: Path) -> Any:
     """Have a mission recorded until its server has the goal; gives that server and the mission."""
     recordings = ServedRecordings(tmp_path / "runs", ros.logged.append)
     ros.serve(onlookers=lambda _: [recordings.onlooker()])
+    ros.recordings = recordings
     client, turn = ActionClient(ros.client, ExecuteMission, "execute_mission"), ros.server()
 
     def start(**fields: Any) -> tuple[Any, Sent]:
@@ -57,6 +58,7 @@ def test_each_mission_has_a_file_that_is_read_as_any_other(
         assert mission.end()[0] == "succeeded"
         path = tmp_path / "runs" / f"a_turn_{number:03d}.mcap"
         assert f"  recorded to {path}" in ros.logged
+        assert ros.recordings.are_whole
         run = read_run(path)
         assert (run.mission, run.node, run.status) == ("a turn", "/bt_mission", "success")
         assert (run.why_cut, run.inputs["angle"], run.facts["seed"]) == ("", angle, "7")
@@ -110,6 +112,7 @@ def test_a_mission_that_cannot_be_recorded_is_carried_out(
     turn.goal.succeed()
     assert mission.end()[0] == "succeeded"
     assert any(line.startswith("not recorded: ") for line in ros.logged)
+    assert not ros.recordings.are_whole, "the command fails at its end"
 
 
 def test_a_recording_that_was_deleted_is_not_said_to_be_there(
@@ -123,6 +126,7 @@ def test_a_recording_that_was_deleted_is_not_said_to_be_there(
     assert mission.end()[0] == "succeeded"
     lacks = "everything (the file was deleted while it was written)"
     assert f"  recorded to {path}; it lacks {lacks}" in ros.logged
+    assert not ros.recordings.are_whole
 
 
 def test_a_name_of_a_mission_is_no_path(tmp_path: Path) -> None:

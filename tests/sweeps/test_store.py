@@ -138,6 +138,14 @@ def test_a_full_disk_is_told_and_what_is_there_stays(tmp_path: Path):
         assert "a1" in store.ids()
 
 
+def test_results_that_cannot_be_read_are_told(folder: Path):
+    """As on a full or a broken disk: here the page of the rows is damaged."""
+    content = (folder / FILE).read_bytes()
+    (folder / FILE).write_bytes(content[:4096] + b"\xff" * 4096 + content[8192:])
+    with pytest.raises(BtMissionError, match=f"{FILE}: database disk image is malformed"):
+        ResultStore.create(folder, SweepAbout())
+
+
 def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
     """No worker could be used, say: there is nothing to lose."""
     ResultStore.create(tmp_path, SweepAbout(seeds="0..4")).close()
