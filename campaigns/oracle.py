@@ -42,7 +42,7 @@ from tests.support.oracle.shrink import smallest
 
 TO_SHRINK = 60
 """Runs of each smaller mission."""
-STORY = 80
+HISTORY = 80
 """Lines of a run that are saved."""
 
 
@@ -114,13 +114,13 @@ def _save(place: Path, data: dict[str, Any], claim: str, faults: int, runs: int)
         return
     place.mkdir(parents=True, exist_ok=True)
     (place / "mission.yaml").write_text(text, encoding="utf-8")
-    story = [*defect.story[:STORY], *(["..."] if len(defect.story) > STORY else [])]
+    history = [*defect.history[:HISTORY], *(["..."] if len(defect.history) > HISTORY else [])]
     lines = [
         f"# bt-mission prove mission.yaml --faults {faults} --budget {MOST_STATES}",
         f"claim: {claim}",
         f"broken at: {defect.why}",
         f"run: World(mission, text, {defect.seed}, {faults})",
-        *story,
+        *history,
     ]
     (place / "run.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -22,13 +22,13 @@ class Defect:
         claim: The property that is proved, the requirement, or the node that is never entered.
         seed: Of the run.
         why: What the run shows, with its time.
-        story: What happens in it.
+        history: What happens in it.
     """
 
     claim: str
     seed: int
     why: str
-    story: tuple[str, ...] = field(repr=False)
+    history: tuple[str, ...] = field(repr=False)
 
 
 @dataclass
@@ -94,7 +94,7 @@ def try_mission(
         for name, why in shown_by(world):
             claim = claims.get(name)
             if claim is not None and claim not in trial.defects:
-                trial.defects[claim] = Defect(claim, seed, why, tuple(world.story))
+                trial.defects[claim] = Defect(claim, seed, why, tuple(world.history))
         if only in trial.defects:
             break
     return trial

@@ -49,7 +49,7 @@ NOTICED_S = 0.35
 """A server that is away for so long is noticed."""
 LONGEST_S = 40.0
 MOST_LINES = 400
-"""A longer story has no more messages."""
+"""A longer history has no more messages."""
 RAISED = "raised by the oracle"
 ANSWERED = (ActionLeaf, PythonLeaf, ServiceLeaf, WaitFor)
 """The leaves that wait for somebody."""
@@ -319,7 +319,7 @@ class World:
         void: Why the run shows nothing; "" where it does.
         broken: What it shows, by the name of the property.
         entered: The names of the nodes that were entered.
-        story: What happened, with its time.
+        history: What happened, with its time.
     """
 
     def __init__(self, mission: Mission, text: str, seed: int, faults: float) -> None:
@@ -334,7 +334,7 @@ class World:
         self.void = ""
         self.broken: dict[str, str] = {}
         self.entered: set[str] = set()
-        self.story: list[str] = []
+        self.history: list[str] = []
         steps = list(all_steps(mission))
         self._goal_nodes = {node.label: node for node in steps if isinstance(node, GoalNode)}
         self._service_nodes = [node for node in steps if isinstance(node, ServiceNode)]
@@ -482,11 +482,11 @@ class World:
 
     def note(self, text: str) -> None:
         """Note what happens."""
-        self.story.append(f"{(self.now_ns - S) / S:.3f} s: {text}")
+        self.history.append(f"{(self.now_ns - S) / S:.3f} s: {text}")
 
     def note_message(self, topic: str, message: Any) -> None:
         """Note the fields of a message that the mission may read."""
-        if len(self.story) < MOST_LINES:
+        if len(self.history) < MOST_LINES:
             read = self.values.read_of(message)
             self.note(f"{topic}: {', '.join(f'{name} = {value}' for name, value in read)}"[:200])
 
