@@ -16,8 +16,11 @@ from typing import Any
 
 from bt_mission.core.python_process import python_command, python_environment
 
-_LINK = re.compile(r"in a browser: (http://\S+)")
+_LINK = re.compile(r"in a browser: (http://[\w.:\[\]]+/[\w-]+/)")
+"""A whole line, since others may show what a mission says."""
 MOST_LINES = 200
+MOST_OUTPUT = 2**26
+"""Bytes of its output that are kept."""
 PATIENCE_S = 3.0
 """How long a process may take to end by a signal, before it gets the next one."""
 _END_WITH_PARENT = 1
@@ -31,20 +34,23 @@ class Spare:
         self._started = asyncio.create_task(started("bt_mission.cli.ready"))
 
     async def take(self, words: Sequence[str]) -> asyncio.subprocess.Process:
-        """Have it run a command."""
-        process = await self._started
-        assert process.stdin is not None
-        with suppress(ConnectionError):
-            process.stdin.write(json.dumps(words).encode() + b"\n")
-            await process.stdin.drain()
-        return process
+        """Have it run a command; another process runs it if this one has ended. Raises OSError."""
+        with suppress(OSError):
+            process = await self._started
+            if process.returncode is None:
+                assert process.stdin is not None
+                process.stdin.write(json.dumps(words).encode() + b"\n")
+                await process.stdin.drain()
+                return process
+        return await started("bt_mission", *words)
 
     async def drop(self) -> None:
         """End it."""
-        process = await self._started
-        with suppress(ProcessLookupError):
-            process.kill()
-        await process.communicate()
+        with suppress(OSError):
+            process = await self._started
+            with suppress(ProcessLookupError):
+                process.kill()
+            await process.communicate()
 
 
 async def started(
@@ -55,6 +61,10 @@ async def started(
     Args:
         longest_line: Bytes of a line that can be read from it.
         is_quiet: Discard its standard error.
+
+    Raises:
+        OSError: The machine cannot start it, or not with so many words.
+        ValueError: A word has a null character.
     """
     return await asyncio.create_subprocess_exec(
         *python_command("-m", module, *words),
@@ -81,7 +91,7 @@ class Child:
         self, trial: Path | None, words: Sequence[str], spare: Spare | None = None
     ) -> None:
         self.lines: list[str] = []
-        """Its lines on standard error."""
+        """Its lines on standard error, and how it ended if it was killed or did not start."""
         self.link = ""
         """The link of its page, once it is served."""
         self.output = ""
@@ -116,6 +126,16 @@ class Child:
             await asyncio.wait([self._task], timeout=PATIENCE_S)
 
     async def _run(self) -> None:
+        try:
+            await self._run_process()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            self.lines.append(f"cannot start the command: {reason}")
+        finally:
+            if self._trial is not None:
+                self._trial.unlink(missing_ok=True)
+
+    async def _run_process(self) -> None:
         if self._spare is None:
             process = await started("bt_mission", *self._words)
         else:
@@ -125,23 +145,23 @@ class Child:
         assert process.stdout is not None
         process.stdin.close()
         try:
-            output, _ = await asyncio.gather(process.stdout.read(), self._listen(process))
+            output, _ = await asyncio.gather(_start_of(process.stdout), self._listen(process))
             self.output = output.decode("utf-8", "replace")
             self.code = await process.wait()
         finally:
             if process.returncode is None:
                 process.kill()
-            if self._trial is not None:
-                self._trial.unlink(missing_ok=True)
+        if self.code < 0:
+            name = signal.strsignal(-self.code) or "unknown"
+            self.lines.append(f"the process was ended by signal {-self.code} ({name})")
 
     async def _listen(self, process: asyncio.subprocess.Process) -> None:
         assert process.stderr is not None
-        async for line in process.stderr:
+        while line := await _line_of(process.stderr):
             text = line.decode("utf-8", "replace").rstrip()
             if self._trial is not None:
                 text = text.replace(str(self._trial), "mission")
-            link = _LINK.search(text)
-            if link:
+            if not self.link and (link := _LINK.fullmatch(text)):
                 self.link = link[1]
             elif len(self.lines) < MOST_LINES:
                 self.lines.append(text)
@@ -153,6 +173,21 @@ class Child:
             return json.loads(self.output)
         except ValueError:
             return None
+
+
+async def _start_of(stream: asyncio.StreamReader) -> bytes:
+    """Read a stream to its end, and return as much of it as is kept."""
+    kept = bytearray()
+    while part := await stream.read(2**16):
+        kept += part[: MOST_OUTPUT - len(kept)]
+    return bytes(kept)
+
+
+async def _line_of(stream: asyncio.StreamReader) -> bytes:
+    """Return the next line of a stream, without those that are too long; empty at its end."""
+    while True:
+        with suppress(ValueError):
+            return await stream.readline()
 
 
 def _end_with_parent() -> None:
