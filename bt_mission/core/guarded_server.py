@@ -116,7 +116,7 @@ class Connection:
         """Close it, without sending what has not been sent."""
         self.stay()
         self._is_aborted = True
-        if self.transport is not None:
+        if self.transport is not None and self.is_open:  # asyncio cannot abort a closed one
             self.transport.abort()
 
 

@@ -52,7 +52,7 @@ class Gate:
     """Passes requests with the token and a name of this server on to an application.
 
     Args:
-        app: Gets paths without the token.
+        app: Gets the token as the root of its paths.
         token: The first part of each path.
         host: The address of the server; a name by which it may be called.
         admitted: The context in which an admitted request is served.
@@ -82,7 +82,6 @@ class Gate:
         if why:
             await _refuse(scope, send, 403, why)
             return
-        path = scope["path"].removeprefix(f"/{self._token}")
         named = _header(scope, "host")
 
         async def send_guarded(message: MutableMapping[str, Any]) -> None:
@@ -94,7 +93,7 @@ class Gate:
                 message = {**message, "headers": [*message.get("headers", ()), *more]}
             await send(message)
 
-        inner = {**scope, "path": path, "raw_path": path.encode()}
+        inner = {**scope, "root_path": f"/{self._token}"}
         with self._admitted(scope):
             await self._app(inner, receive, send_guarded)
 

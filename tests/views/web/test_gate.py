@@ -38,6 +38,13 @@ async def test_the_page_and_its_files_come_with_the_token_in_their_path(server: 
         assert " onclick" not in body
 
 
+@served
+async def test_a_link_without_its_last_slash_leads_to_the_page(server: WebServer) -> None:
+    """The files of the page have relative names."""
+    status, headers, _ = await fetch(server, f"/{server.token}")
+    assert (status, headers["location"]) == (307, server.link)
+
+
 @pytest.mark.parametrize("path", ["/", "/app.js", "/wrong/", "/wrong/app.js", "//", "/%C3%A9/"])
 @served
 async def test_without_the_token_there_is_nothing(server: WebServer, path: str) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import resource
+import socket
 from contextlib import suppress
 
 import pytest
 from websockets.frames import Frame, Opcode
 
 from bt_mission.core import guarded_server
-from bt_mission.core.guarded_server import MOST_CONNECTIONS, Connections
+from bt_mission.core.guarded_server import MOST_CONNECTIONS, Connection, Connections
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebServer
 from tests.support.watched import ScriptedExecutive
@@ -82,6 +83,29 @@ async def test_a_connection_that_has_been_answered_is_closed_without_another_req
     path = f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     answer = await raw(server, path.encode() + b"GET / HTTP/1.1\r\nX")
     assert answer.startswith(b"HTTP/1.1 200")
+
+
+def test_a_connection_that_has_ended_can_be_aborted() -> None:
+    """Such as by its deadline, when the server was busy; asyncio's own transport cannot be."""
+
+    async def scene() -> None:
+        loop = asyncio.get_running_loop()
+        ours, theirs = socket.socketpair()
+        with theirs:
+            theirs.setblocking(False)
+            ends = asyncio.StreamReaderProtocol(asyncio.StreamReader())
+            transport, _ = await loop.connect_accepted_socket(lambda: ends, ours)
+            connection = Connection(ours, ("", 0))
+            connection.serve_on(transport)
+            transport.write(b"x" * 10_000_000)
+            transport.close()
+            while await loop.sock_recv(theirs, 1_000_000):
+                pass
+            while connection.is_open:  # noqa: ASYNC110 - the loop closes it in its next passes
+                await asyncio.sleep(0)  # noqa: TID251 - lets it
+            connection.abort()
+
+    asyncio.run(scene())
 
 
 @pytest.mark.parametrize(
