@@ -21,7 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.core", "bt_mission.goals"),
     ("bt_mission.executors",),
     ("bt_mission.language", "bt_mission.events", "bt_mission.virtual_time"),
-    ("bt_mission.behaviours", "bt_mission.requirements"),
+    ("bt_mission.behaviours", "bt_mission.requirements", "bt_mission.programs"),
     ("bt_mission.executive", "bt_mission.btcpp"),
     ("bt_mission.ros",),
     ("bt_mission.sessions",),
@@ -91,6 +91,7 @@ ASSEMBLES = (
 SPEAKS_ROS = (
     "bt_mission.executors",
     "bt_mission.virtual_time",
+    "bt_mission.programs",
     "bt_mission.ros",
     "bt_mission.sessions",
     "bt_mission.faults",

@@ -8,7 +8,6 @@ from contextlib import suppress
 from typing import Any, Protocol
 
 from bt_mission_interfaces.action import ExecuteMission
-from py_trees.common import Status
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.task import Future
@@ -118,10 +117,7 @@ class RosRobot:
                 }
                 for each in mission.requirements
             ],
-            "log": [
-                marked(" ".join(filter(None, (_word(entry.status), entry.name, entry.text))))
-                for entry in list(mission.log)[-10:]
-            ],
+            "log": [marked(words) for entry in list(mission.log)[-10:] for words in [str(entry)]],
             "result": None if result is None else marked(result.error_msg or result.status),
         }
 
@@ -168,10 +164,6 @@ class RosRobot:
         with suppress(TimeoutError):
             return await asyncio.wait_for(waiter, limit_s)
         return None
-
-
-def _word(status: Status | None) -> str:
-    return "" if status is None else status.name.lower()
 
 
 def marked(text: str) -> str:

@@ -130,6 +130,11 @@ class Arrivals:
             self._waiting.sort(key=RANK)
         return self._waiting
 
+    def count_of(self, entity: Any) -> int:
+        """Return how much has arrived for an entity and was not taken, after the last look."""
+        link = self._links.get(id(entity))
+        return 0 if link is None else self._by_file[link.file].count
+
     def leftovers(self) -> list[Any]:
         """Of what there may be more than has been taken, after the last look."""
         return [arrived.entity for arrived in self._waiting if arrived.count > 0]

@@ -31,6 +31,9 @@ class TapContext(Protocol):
 
     taps: Taps
 
+    def took(self, waitable: Any, parts: Any) -> None:
+        """Note what was taken for a waitable."""
+
     def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
         """Describe something on its way to an entity."""
 
@@ -38,19 +41,24 @@ class TapContext(Protocol):
         """Return the action of a client or server, then others that rclpy confuses with it."""
 
 
-def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
-    """Call a timer if it is due. Return whether it was."""
+def take_timer(timer: Timer) -> bool:
+    """Return whether a timer is due, and set it for its next time."""
     handle = timer.handle
     try:
         with handle:
             if not handle.is_timer_ready():  # a canceled timer is not due, either
-                return False, None
+                return False
             handle.call_timer()
     except InvalidHandle:
-        return False, None
+        return False
+    return True
+
+
+def call_timer(timer: Timer) -> PendingCallback:
+    """Call the callback of a timer that was due."""
     callback = timer.callback
     outcome = callback()
-    return True, None if outcome is None else _rest(callback, outcome)
+    return None if outcome is None else _rest(callback, outcome)
 
 
 def _rest(callback: Any, outcome: Any) -> PendingCallback:
@@ -170,6 +178,7 @@ def _serve_waitable(arrived: Arrived, executor: TapContext) -> PendingCallback:
     """Serve an action client or server, or a waitable of somebody else's."""
     waitable = arrived.entity
     data = _take_parts(arrived)
+    executor.took(waitable, data)
     for future in waitable._futures:
         if future._executor() is not executor:
             future._set_executor(executor)

@@ -101,7 +101,7 @@ class Tasks:
         except StopIteration:
             return
         entity.callback_group.beginning_execution(entity)
-        begun = _Begun(rest, None, entity, node(entity), _awaited_by(rest))
+        begun = _Begun(rest, None, entity, node(entity), awaited_by(rest))
         self.holding.append(begun)
 
     def node_leaves(self, node: Node) -> None:
@@ -142,7 +142,7 @@ class Tasks:
             return True
         if task.cancelled():
             return None
-        begun.awaited = _awaited_by(task._handler)
+        begun.awaited = awaited_by(task._handler)
         return False
 
     def _run_callback(self, begun: _Begun) -> bool:
@@ -155,11 +155,11 @@ class Tasks:
             if not isinstance(end, StopIteration):
                 raise
             return True
-        begun.awaited = _awaited_by(begun.coroutine)
+        begun.awaited = awaited_by(begun.coroutine)
         return False
 
 
-def _awaited_by(coroutine: Any) -> Future | None:
+def awaited_by(coroutine: Any) -> Future | None:
     """Return the future that a suspended coroutine awaits; None if it awaits something else."""
     inner = coroutine
     while isinstance(inner, CoroutineType):

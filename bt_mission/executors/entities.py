@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -213,18 +213,25 @@ class Entities:
         ]
 
     def ns_until_next_timer(
-        self, *, any_held: bool, stopped: frozenset[Node] = frozenset()
+        self,
+        *,
+        can_fire: Callable[[Timer], bool] | None,
+        stopped: frozenset[Node] = frozenset(),
     ) -> int | None:
         """Return the nanoseconds until the next timer is due, or None without a timer.
 
-        A timer whose callback group is held by a suspended callback is not due before that callback
-        ends. Time moves without it.
+        A timer that waits for the end of a suspended callback is not due before that. Time moves
+        without it.
+
+        Args:
+            can_fire: Returns whether a timer waits for nothing; None if none does.
+            stopped: Nodes whose clocks stand still.
         """
         timers = self.timers
         if stopped:
             timers = [timer for timer in timers if self.node_of(timer) not in stopped]
-        if any_held:
-            timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
+        if can_fire is not None:
+            timers = [timer for timer in timers if can_fire(timer)]
         return ns_until_due(timers)
 
 

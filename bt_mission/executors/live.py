@@ -25,7 +25,7 @@ from typing_extensions import override
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executors.callbacks import serve_timer
+from bt_mission.executors.callbacks import call_timer, take_timer
 from bt_mission.executors.entities import Entities, ns_until_due
 from bt_mission.executors.serving import ServingExecutor
 
@@ -126,11 +126,10 @@ class LiveExecutor(ServingExecutor):
     def _serve_timers(self) -> bool:
         has_fired = False
         for timer in filter(self._can_be_served, self._entities.timers):
-            was_due, rest = serve_timer(timer)
-            if was_due:
+            if take_timer(timer):
                 has_fired = True
                 self._served += 1
-                if rest is not None:
+                if (rest := call_timer(timer)) is not None:
                     self._begin(timer, rest)
         return has_fired
 

@@ -15,7 +15,7 @@ from bt_mission.executors.arrivals import Arrivals, Arrived
 from bt_mission.executors.callbacks import SERVERS
 from bt_mission.executors.coroutines import Tasks
 from bt_mission.executors.entities import Entities, exists, is_reported_once
-from bt_mission.executors.taps import Passing, Side, Taps
+from bt_mission.executors.taps import Passing, PendingCallback, Side, Taps
 
 
 class ServingExecutor(Executor):
@@ -54,12 +54,9 @@ class ServingExecutor(Executor):
 
     def add_node(self, node: Node) -> bool:
         """Serve ``node`` after all nodes added before it."""
-        if node in self._ordered_nodes:
+        if not self._take_node(node):
             return False
-        self._ordered_nodes.append(node)
-        self._begun.node_comes(node)
         node.executor = self
-        self.wake()
         return True
 
     def remove_node(self, node: Node) -> None:
@@ -111,7 +108,19 @@ class ServingExecutor(Executor):
         """
         return not self._structure_changed and self._entities.offers(action)
 
+    def took(self, waitable: Any, parts: Any) -> None:
+        """Note what was taken for a waitable."""
+
     # ---- inside --------------------------------------------------------------------------
+
+    def _take_node(self, node: Node) -> bool:
+        """Serve a node, whose executor may be another one. Return whether it is new."""
+        self.wake()
+        if node in self._ordered_nodes:
+            return False
+        self._ordered_nodes.append(node)
+        self._begun.node_comes(node)
+        return True
 
     @abstractmethod
     def _read(self, nodes: Sequence[Node]) -> Entities:
@@ -136,30 +145,38 @@ class ServingExecutor(Executor):
             self._refresh()
         if self._is_over:
             return ()
-        holding = self._begun.holding
-        ready = self._entities.ready(self._owed, any_held=bool(holding))
+        ready = self._entities.ready(self._owed, any_held=self._some_wait)
         # An entity that reports only once that it is ready is owed a call until it is served, or
         # gone.
         asked = self._entities.asked
         self._owed = (
             [arrived for arrived in ready if is_reported_once(arrived.entity)] if asked else []
         )
-        if holding:
+        if self._some_wait:
             ready = [arrived for arrived in ready if self._can_be_served(arrived.entity)]
         for arrived in ready:
             entity = arrived.entity
-            if holding and not self._can_be_served(entity):
+            if self._some_wait and not self._can_be_served(entity):
                 continue  # since it was ready, a callback of its group has been suspended
             if arrived in self._owed:
                 self._owed.remove(arrived)
             self._served += 1
             arrived.count -= 1
-            rest = SERVERS[type(entity)](arrived, self)
+            rest = self._serve(arrived)
             if rest is not None:
                 self._begin(entity, rest)
             if self._structure_changed:
                 break  # the entity may be gone; the next round looks again
         return ready
+
+    @property
+    def _some_wait(self) -> bool:
+        """Whether there may be entities that cannot be served now."""
+        return bool(self._begun.holding)
+
+    def _serve(self, arrived: Arrived) -> PendingCallback:
+        """Take what has arrived for an entity, and call its callback."""
+        return SERVERS[type(arrived.entity)](arrived, self)
 
     def _can_be_served(self, entity: Any) -> bool:
         """Return whether no callback of the entity's group is suspended."""

@@ -106,6 +106,8 @@ class Taps:
         """Items that are delivered later."""
         self.is_open = False
         """Whether there is a tap. Without one, nothing is looked up."""
+        self.can_take: Callable[[Any], bool] = _is_in_no_callback
+        """Returns whether a receiver can take an item now."""
 
     def add(self, name: str, side: Side, tap: Tap) -> Callable[[], None]:
         """Add a tap. Return a function that removes it.
@@ -137,7 +139,7 @@ class Taps:
 
         An item whose receiver is in a suspended callback waits for the end of that callback.
         """
-        due = (held.due_ns for held in self.held if held.is_free)
+        due = (held.due_ns for held in self.held if self.can_take(held.entity))
         return min((time_ns for time_ns in due if time_ns is not None), default=None)
 
     def take_due(self, now_ns: int) -> list[tuple[Any, Callable[[], PendingCallback]]]:
@@ -147,7 +149,9 @@ class Taps:
         due = [
             (due_ns, held)
             for held in self.held
-            if (due_ns := held.due_ns) is not None and due_ns <= now_ns and held.is_free
+            if (due_ns := held.due_ns) is not None
+            and due_ns <= now_ns
+            and self.can_take(held.entity)
         ]
         for _, held in due:
             self.held.remove(held)
@@ -229,10 +233,9 @@ class _Held:
         opened_ns = self.gate.opened_ns
         return None if opened_ns is None else max(self.after_ns, opened_ns)
 
-    @property
-    def is_free(self) -> bool:
-        """Return whether the receiver can take it, i.e. is not in another callback."""
-        return bool(self.entity.callback_group.can_execute(self.entity))
+
+def _is_in_no_callback(receiver: Any) -> bool:
+    return bool(receiver.callback_group.can_execute(receiver))
 
 
 def _answer(answer: Callable[[Any], Any], message: Any, _time_ns: int) -> None:

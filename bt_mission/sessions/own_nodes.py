@@ -15,6 +15,9 @@ from bt_mission.core.errors import BtMissionError, described
 from bt_mission.core.interrupts import TookTooLong, interrupted_after
 from bt_mission.language.mission import NodeFactory
 from bt_mission.language.plugins import PythonError, find_factory
+from bt_mission.programs import Program, ProgramHost
+from bt_mission.programs.executors import ProgramExecutor
+from bt_mission.programs.replaced import adopt
 from bt_mission.ros.graph import as_default
 
 if TYPE_CHECKING:
@@ -31,10 +34,14 @@ Factory = NodeFactory | Callable[..., Any]
 class OwnNodes:
     """Makes nodes of the user, and destroys them with the stage.
 
+    They may wait while they are made: virtual time continues, and they are served afterwards.
+
     Args:
         shared: Factories of nodes of no single robot.
         robots: Their missions may name further factories, whose nodes are in the namespace of the
             robot.
+        host: Runs their code.
+        seed: Of their random numbers.
         context: The rclpy context of the stage.
         made: Destroys them.
 
@@ -49,20 +56,26 @@ class OwnNodes:
         robots: Sequence[FleetRobot],
         context: Context,
         made: ExitStack,
+        host: ProgramHost | None = None,
+        seed: int = 0,
     ) -> None:
         self._context = context
-        self._made: list[tuple[Factory, Node]] = []
+        self._is_served = False
+        self._made: list[tuple[Factory, Program, Node]] = []
         wanted: list[tuple[Factory, str]] = [(factory, "") for factory in shared]
         wanted += [(factory, robot.name) for robot in robots for factory in robot.mission.nodes]
-        for factory, namespace in wanted:
-            node = self._make(factory, namespace)
-            made.callback(_destroy, factory, node)
-            self._made.append((factory, node))
+        self._taken: set[str] = set()
+        made.callback(self._destroy)
+        for number, (factory, namespace) in enumerate(wanted):
+            assert host is not None, "there is code of users"
+            name = f"{seed}/{number}/{namespace}/{name_of(factory)}"
+            program = host.program(name_of(factory), name, context)
+            self._make(host, program, factory, namespace)
 
     @property
     def nodes(self) -> list[Node]:
         """In the order in which they were made."""
-        return [node for _, node in self._made]
+        return [node for *_, node in self._made]
 
     @property
     def actions(self) -> frozenset[str]:
@@ -77,28 +90,49 @@ class OwnNodes:
 
     def refuse_names_of(self, others: Iterable[Node]) -> None:
         """Refuse nodes with the name of another node."""
-        taken = {other.get_fully_qualified_name() for other in others}
-        for factory, node in self._made:
-            name = node.get_fully_qualified_name()
-            if name in taken:
-                hint = "give the node another name"
-                _refuse(factory, f"a node {quoted(name)} already exists on the stage", hint)
-            taken.add(name)
+        self._taken.update(other.get_fully_qualified_name() for other in others)
+        for factory, _, node in self._made:
+            self._refuse_name(factory, node)
 
-    def _make(self, factory: Factory, namespace: str) -> Node:
-        function = imported(factory)
+    def serve(self) -> None:
+        """Have the nodes served, also those that are still to come."""
+        self._is_served = True
+        for _, program, node in self._made:
+            _serve(program, node)
+
+    def _destroy(self) -> None:
+        with ExitStack() as made:
+            for factory, _, node in self._made:
+                made.callback(_destroy, factory, node)
+
+    def _refuse_name(self, factory: Factory, node: Node) -> None:
+        name = node.get_fully_qualified_name()
+        if name in self._taken:
+            hint = "give the node another name"
+            _refuse(factory, f"a node {quoted(name)} already exists on the stage", hint)
+        self._taken.add(name)
+
+    def _make(self, host: ProgramHost, program: Program, factory: Factory, namespace: str) -> None:
         options: dict[str, Any] = {"context": self._context}
         if namespace:
             options["namespace"] = namespace
-        try:
-            with interrupted_after(LONGEST_S), as_default(self._context):
-                made = function(**options)
-        except TookTooLong:
-            message = f"{name_of(factory)} did not return within {LONGEST_S:g} s"
-            _refuse(factory, message, "it must create and return the node without spinning it")
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
-            hint = KEYWORDS if isinstance(error, TypeError) else _hint_for_commands(error)
-            _refuse(factory, f"{name_of(factory)} raised {described(error)}", hint)
+
+        def take(made: Any) -> None:
+            node = self._checked(factory, made)
+            self._made.append((factory, program, node))
+            if self._is_served:
+                self._refuse_name(factory, node)
+                _serve(program, node)
+
+        def make() -> Any:
+            function = imported(factory)
+            adopt(function)
+            return _called(factory, function, options)
+
+        with interrupted_after(LONGEST_S), as_default(self._context):
+            host.make_node(program, make, take)
+
+    def _checked(self, factory: Factory, made: Any) -> Node:
         if not isinstance(made, Node):
             message = f"{name_of(factory)} returned {type(made).__name__}; expected an rclpy Node"
             _refuse(factory, message)
@@ -107,6 +141,31 @@ class OwnNodes:
             message = f"{name_of(factory)} created its node in another rclpy context"
             _refuse(factory, message, KEYWORDS)
         return made
+
+
+def _serve(program: Program, node: Node) -> None:
+    """Serve a node as the executor does that its factory has added it to, if there is one."""
+    executor = node.executor
+    if isinstance(executor, ProgramExecutor):
+        executor.keep_spinning()
+    else:
+        program.executor.add_node(node)
+
+
+def _called(factory: Factory, function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Call a factory.
+
+    Raises:
+        InputError: It raises an exception, or takes too long.
+    """
+    try:
+        return function(**options)
+    except TookTooLong:
+        message = f"{name_of(factory)} did not return within {LONGEST_S:g} s"
+        _refuse(factory, message, "it must create and return the node; it may wait, not compute")
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
+        hint = KEYWORDS if isinstance(error, TypeError) else _hint_for_commands(error)
+        _refuse(factory, f"{name_of(factory)} raised {described(error)}", hint)
 
 
 def _hint_for_commands(error: BaseException) -> str | None:

@@ -23,6 +23,7 @@ from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
 from bt_mission.language.trees import has_python
+from bt_mission.programs import ProgramHost
 from bt_mission.ros.graph import ProcessNode, SharedContext, as_default
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions import stage_nature
@@ -101,6 +102,7 @@ class Stage(Session):
         super().__init__()
         members = _members(mission, robots)
         self._options = options or StageOptions()
+        self._host: ProgramHost | None = None
         own_seed = members[0].mission.seed
         self._seed = own_seed if self._options.seed is None else self._options.seed
         isolate(visible=self._options.visible, network=self._options.network)
@@ -126,7 +128,7 @@ class Stage(Session):
                 made.callback(self._begin_watch().close)
             self.sim = self.clock.world = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
-            own = OwnNodes(self._options.nodes, members, self.context, made)
+            own = self._make_own(members, made)
             self.runs = self._make_runs(members, say, own.actions, made)
             for run in self.runs:
                 run.executive.started_ns = START_NS
@@ -137,11 +139,7 @@ class Stage(Session):
             servers = [*chain(*(run.nodes for run in self.runs))]
             executives = [run.node for run in self.runs]
             own.refuse_names_of((self.sim, *servers, *executives))
-            for node in (*servers, *own.nodes, *executives):
-                self.clock.add_node(node)
-            for run in self.runs:
-                if (why := duplicate_servers(run.node, sorted(own.actions))) is not None:
-                    raise StageError(why, code="BT-914")
+            self._serve_all(servers, own, executives)
             self._exit = made.pop_all()
         self.world: str = world.name
         self.facts["world"] = world.name
@@ -196,6 +194,28 @@ class Stage(Session):
         for nature in filter(None, self._natures):
             nature.update({name: share * nature[name] for name in stage_nature.STARTS})
         return made
+
+    def _make_own(self, members: Sequence[FleetRobot], made: ExitStack) -> OwnNodes:
+        """Make the nodes of the user, which may wait meanwhile."""
+        if self._options.nodes or any(robot.mission.nodes for robot in members):
+            self._host = ProgramHost(self.clock)
+        own = OwnNodes(self._options.nodes, members, self.context, made, self._host, self._seed)
+        if self._host is not None:
+            made.callback(self._host.close)
+        return own
+
+    def _serve_all(
+        self, servers: Sequence[Node], own: OwnNodes, executives: Sequence[Node]
+    ) -> None:
+        """Have all nodes served, in this order."""
+        for node in servers:
+            self.clock.add_node(node)
+        own.serve()
+        for node in executives:
+            self.clock.add_node(node)
+        for run in self.runs:
+            if (why := duplicate_servers(run.node, sorted(own.actions))) is not None:
+                raise StageError(why, code="BT-914")
 
     def _make_runs(
         self,
@@ -260,11 +280,13 @@ class Stage(Session):
 
     def _begin_watch(self) -> ClockWatch:
         limit_s = self._options.hold_limit_s
-        self.watch = ClockWatch(
-            lambda: self.clock.callbacks_served, is_virtual=True, limit_s=limit_s
-        )
+        self.watch = ClockWatch(self._progress, is_virtual=True, limit_s=limit_s)
         self.watch.last_words.append(self.leave)
         return self.watch
+
+    def _progress(self) -> int:
+        resumed = 0 if self._host is None else self._host.switches
+        return self.clock.callbacks_served + resumed
 
     def _flaws(self) -> Sequence[str]:
         return () if self.watch is None else self.watch.flaws

@@ -21,20 +21,24 @@ resumed after every round of callbacks, as under rclpy's own executors.
 
 from __future__ import annotations
 
+import inspect
 from collections import Counter
 from collections.abc import Callable, Coroutine, Sequence
 from operator import itemgetter
 from typing import Any, Protocol
 
 from rclpy.context import Context
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.task import Task
+from rclpy.timer import Timer
 from typing_extensions import override
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executors.arrivals import Arrived
-from bt_mission.executors.callbacks import serve_timer
+from bt_mission.executors.callbacks import call_timer, take_timer
 from bt_mission.executors.entities import Entities, describe, describe_timer
+from bt_mission.executors.taps import PendingCallback
 from bt_mission.virtual_time.discovery import wait_for_matching
 from bt_mission.virtual_time.execute_callbacks import ExecuteCallbacks, is_execute_callback
 from bt_mission.virtual_time.node_clocks import Clocks
@@ -44,6 +48,8 @@ CALLBACKS_PER_INSTANT = 100_000
 """The limit of callbacks within an instant of virtual time; beyond it the instant counts as
 endless.
 """
+
+Alarm = tuple[int, Callable[[], Any]]
 
 _NEVER = 2**63
 """Nanoseconds: beyond all that a ROS clock shows."""
@@ -61,6 +67,35 @@ class SteppedWorld(Protocol):
 
     def advance_to(self, time_ns: int) -> None:
         """Move on to ``time_ns`` and publish everything due at or before it."""
+
+
+class CallHost(Protocol):
+    """What runs callbacks that may block (:mod:`bt_mission.programs`)."""
+
+    def admits(self, entity: Any, node: Node | None) -> bool:
+        """Return whether an entity of a node can be served now."""
+
+    def call(
+        self, entity: Any, node: Node | None, function: Callable[..., Any], *args: Any
+    ) -> PendingCallback:
+        """Call a function that serves an entity. Return the rest of it as a coroutine."""
+
+    def took(self, waitable: Any, parts: Any) -> None:
+        """Note what was taken for a waitable."""
+
+    def task_of_call(
+        self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]
+    ) -> Task | None:
+        """Make a task of the code that blocks, if it asks for one; else return None."""
+
+    def take_advanced(self) -> bool:
+        """Return once whether such code has run."""
+
+    def check(self) -> None:
+        """Look for code that can never continue, once nothing is ready."""
+
+    def refuse_standstill(self) -> None:
+        """Name the code that waits while nothing will ever be due."""
 
 
 class VirtualTimeExecutor(Spinning):
@@ -89,8 +124,11 @@ class VirtualTimeExecutor(Spinning):
         self._now_ns = start_ns
         self._steps_here = 0
         self._is_serving = False
-        self._alarms: list[tuple[int, Callable[[], Any]]] = []
+        self._alarms: list[Alarm] = []
         self._execute_callbacks = ExecuteCallbacks()
+        self.host: CallHost | None = None
+        """What runs code that may block, if there is such code."""
+        self.taps.can_take = self._can_be_served
 
     # ---- nodes and time ------------------------------------------------------------------
 
@@ -110,26 +148,54 @@ class VirtualTimeExecutor(Spinning):
         self.clocks.start(node, self._now_ns)
         return True
 
-    def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
+    def take_node(self, node: Node) -> None:
+        """Serve a node whose own executor says when; its timers go on."""
+        self._take_node(node)
+
+    def call_at(self, time_ns: int, function: Callable[[], Any]) -> Alarm:
         """Call a function at an instant: after the world has moved there, before any callback.
+
+        Returns:
+            What :meth:`cancel_call` takes.
 
         Raises:
             ValueError: When that instant is past.
         """
         if time_ns < self._now_ns:
             raise ValueError(f"{time_ns} ns is in the past: it is {self._now_ns} ns")
-        self._alarms.append((time_ns, function))
+        alarm = (time_ns, function)
+        self._alarms.append(alarm)
         self._alarms.sort(key=itemgetter(0))  # those of the same instant keep their order
+        return alarm
+
+    def cancel_call(self, alarm: Alarm) -> None:
+        """Do not call the function, if it has not been called."""
+        if alarm in self._alarms:
+            self._alarms.remove(alarm)
 
     @override
     def create_task(
         self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
     ) -> Task:
         """Run a function or coroutine in the next round. Return its future."""
+        if self.host is not None:
+            task = self.host.task_of_call(callback, args, kwargs)
+            if task is not None:
+                return task
         if is_execute_callback(callback):
             call = self._execute_callbacks.call
             return super().create_task(call, self._actions_served, callback, *args, **kwargs)
         return super().create_task(callback, *args, **kwargs)
+
+    def begin_task(self, function: Callable[[], Coroutine[Any, Any, Any]]) -> Task:
+        """Run a coroutine function that calls code which may block. Return its future."""
+        return super().create_task(function)
+
+    def start_task(self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]) -> Any:
+        """Call what was given for a task. Return its result; a coroutine if it is one."""
+        if is_execute_callback(callback):
+            return self._execute_callbacks.call(self._actions_served, callback, *args)
+        return callback if inspect.iscoroutine(callback) else callback(*args, **kwargs)
 
     def take_raised(self, goal_id: bytes) -> str:
         """Return once what the execute callback of a goal has raised, and where.
@@ -153,7 +219,8 @@ class VirtualTimeExecutor(Spinning):
         if self._structure_changed:
             self._refresh()
         wait_ns = self._entities.ns_until_next_timer(
-            any_held=bool(self._begun.holding), stopped=self.clocks.stopped
+            can_fire=self._can_be_served if self._some_wait else None,
+            stopped=self.clocks.stopped,
         )
         due_ns = _NEVER if wait_ns is None else self._now_ns + wait_ns
         if self.world is not None and (world_ns := self.world.next_due_ns) < due_ns:
@@ -163,6 +230,8 @@ class VirtualTimeExecutor(Spinning):
         if self._alarms:
             due_ns = min(due_ns, self._alarms[0][0])
         if due_ns == _NEVER:
+            if self.host is not None:
+                self.host.refuse_standstill()
             raise NothingDueError
         return max(self._now_ns, due_ns)
 
@@ -201,6 +270,8 @@ class VirtualTimeExecutor(Spinning):
             while self._serve_round():
                 if self._served > limit:
                     self._report_stuck()
+            if self.host is not None:
+                self.host.check()
         finally:
             self._is_serving = was_serving
 
@@ -211,7 +282,7 @@ class VirtualTimeExecutor(Spinning):
         """Take a snapshot, and see all matched. A timer of another clock is an error."""
         for node in nodes:
             for timer in node.timers:
-                if timer.clock is not node.get_clock():
+                if timer.clock is not node.get_clock() and type(timer.clock.handle) is _rclpy.Clock:
                     raise BtMissionError(
                         f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
                         "cannot run in virtual time; create it with the clock of its node",
@@ -221,6 +292,29 @@ class VirtualTimeExecutor(Spinning):
         entities = Entities(nodes, self._context, self.arrivals)
         wait_for_matching(nodes)
         return entities
+
+    @override
+    def took(self, waitable: Any, parts: Any) -> None:
+        if self.host is not None:
+            self.host.took(waitable, parts)
+
+    @property
+    @override
+    def _some_wait(self) -> bool:
+        return self.host is not None or bool(self._begun.holding)
+
+    @override
+    def _can_be_served(self, entity: Any) -> bool:
+        if self.host is not None and not self.host.admits(entity, self._entities.node_of(entity)):
+            return False
+        return super()._can_be_served(entity)
+
+    @override
+    def _serve(self, arrived: Arrived) -> PendingCallback:
+        if self.host is None:
+            return super()._serve(arrived)
+        node = self._entities.node_of(arrived.entity)
+        return self.host.call(arrived.entity, node, super()._serve, arrived)
 
     def _actions_served(self, server: Any) -> tuple[str, ...]:
         return () if self._entities.node_of(server) is None else self.actions_of(server)
@@ -234,7 +328,7 @@ class VirtualTimeExecutor(Spinning):
             self._release()
         # Resume suspended callbacks and tasks until none of them advances.
         limit = self._begun.turns + CALLBACKS_PER_INSTANT
-        while self._begun.resume():
+        while self._begun.resume() or (self.host is not None and self.host.take_advanced()):
             if self._begun.turns > limit:
                 raise self._stuck("tasks make tasks")
         return self._serve_ready()
@@ -243,9 +337,10 @@ class VirtualTimeExecutor(Spinning):
         """Deliver what taps have held back until now."""
         for entity, deliver in self.taps.take_due(self._now_ns):
             self._refresh()
-            if self._entities.node_of(entity) is not None:  # it may have been destroyed since
+            node = self._entities.node_of(entity)
+            if node is not None:  # it may have been destroyed since
                 self._served += 1
-                rest = deliver()
+                rest = deliver() if self.host is None else self.host.call(entity, node, deliver)
                 if rest is not None:
                     self._begin(entity, rest)
 
@@ -263,19 +358,25 @@ class VirtualTimeExecutor(Spinning):
         for timer in tuple(entities.timers):
             if self._entities is not entities and self._entities.node_of(timer) is None:
                 continue  # destroyed since the instant began, or its node was removed
-            if self._begun.holding and not self._can_be_served(timer):
+            if self._some_wait and not self._can_be_served(timer):
                 continue
             self._is_serving = True
             try:
-                was_due, rest = serve_timer(timer)
+                was_due = take_timer(timer)
                 if was_due:
                     self._served += 1
+                    rest = self._call_timer(timer)
                     if rest is not None:
                         self._begin(timer, rest)
             finally:
                 self._is_serving = False
             if was_due:
                 self.run_until_quiet()
+
+    def _call_timer(self, timer: Timer) -> PendingCallback:
+        if self.host is None:
+            return call_timer(timer)
+        return self.host.call(timer, self._entities.node_of(timer), call_timer, timer)
 
     def _names_of_due(self) -> str:
         names = [

@@ -24,6 +24,8 @@ class Clocks:
         self._ahead_ns: dict[Node, int] = {}
         self._stopped_ns: dict[Node, int] = {}
         self._handles: list[tuple[Node, Any]] = []
+        self._others: list[Any] = []
+        self._kept: frozenset[int] = frozenset()
 
     def start(self, node: Node, now_ns: int) -> None:
         """Control a node's clock from now on. Its timers restart."""
@@ -37,14 +39,25 @@ class Clocks:
     def keep(self, nodes: Iterable[Node]) -> None:
         """Take note of the nodes whose clocks :meth:`set_time` sets."""
         self._handles = [(node, node.get_clock().handle) for node in nodes]
+        own = {id(handle) for _, handle in self._handles}
+        others = [timer.clock.handle for node, _ in self._handles for timer in node.timers]
+        self._others = [handle for handle in others if id(handle) not in own]
+        self._kept = frozenset(own | {id(handle) for handle in self._others})
+
+    def keeps(self, handle: Any) -> bool:
+        """Return whether :meth:`set_time` sets a clock."""
+        return id(handle) in self._kept
 
     def set_time(self, now_ns: int) -> None:
         """Set the clocks of all nodes to virtual time, ns."""
+        time = _rclpy.rcl_time_point_t(now_ns, ClockType.ROS_TIME)
+        for handle in self._others:
+            with handle:
+                handle.set_ros_time_override(time)
         if self._ahead_ns:
             for node, _ in self._handles:
                 self._set(node, now_ns)
             return
-        time = _rclpy.rcl_time_point_t(now_ns, ClockType.ROS_TIME)
         for _, handle in self._handles:
             with handle:
                 handle.set_ros_time_override(time)

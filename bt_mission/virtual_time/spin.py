@@ -45,7 +45,7 @@ class Spinning(ServingExecutor):
     """An executor that spins by steps; no timeout waits for the wall clock."""
 
     @abstractmethod
-    def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
+    def call_at(self, time_ns: int, function: Callable[[], Any]) -> Any:
         """Call a function at an instant."""
 
     @abstractmethod

@@ -201,21 +201,6 @@ async def test_the_running_path_stays_in_view_in_a_long_tree(screen: Screen) -> 
 
 
 @shown()
-async def test_after_a_halt_the_tree_shows_how_each_node_ended(screen: Screen) -> None:
-    """Also what the halt has reset; what it halts says so, and what never ran is idle."""
-    screen.executive.change(1.0, explore="running", look_around="running")
-    screen.executive.change(1.0, look_around="success", repeat="running", drive="running")
-    halted = dict.fromkeys(("drive", "repeat", "explore"), "invalid: halted")
-    screen.executive.change(1.0, look_around="reset", **halted)
-    screen.executive.stand("interrupted", "stopped on request")
-    await screen.look()
-    tree = [row.lstrip("» ").rstrip() for row in screen.rows if "─" not in row]
-    assert screen.rows[0].startswith("explore  ✗ interrupted")
-    for row in ("✓ look around  1.00 s", "· repeat  halted", "· drive  halted", "· turn away"):
-        assert row in tree, tree
-
-
-@shown()
 async def test_goals_are_listed_with_those_that_are_open_first(screen: Screen) -> None:
     """State, duration, action, node."""
     screen.executive.detail(

@@ -90,51 +90,6 @@ async def test_the_tree_as_a_drawing(screen: Screen, executive: ScriptedExecutiv
     await screen.until("document.activeElement.id === 'tree'")
 
 
-IN_VIEW = """(() => {
-  const box = document.getElementById("box-INDEX")?.getBoundingClientRect();
-  const pane = document.getElementById("drawing").getBoundingClientRect();
-  return Boolean(box) && box.left >= pane.left && box.right <= pane.right
-    && box.top >= pane.top && box.bottom <= pane.bottom;
-})()"""
-ZOOM = "(() => { const rect = document.querySelector('#drawing .node rect.box');\
- return rect.getBoundingClientRect().width / rect.getAttribute('width'); })()"
-
-
-@pytest.mark.parametrize(
-    "outline",
-    [
-        "all\n" + "".join(f"  leaf {number}\n" for number in range(100)),
-        "all\n" + "".join(f"{'  ' * (1 + number % 50)}leaf {number}\n" for number in range(100)),
-    ],
-    ids=["wide", "deep"],
-)
-def test_a_drawing_of_101_nodes_opens_at_what_runs_and_is_readable(
-    chromium: Page, outline: str
-) -> None:
-    """And so after `Fit`; it follows what runs."""
-    executive = ScriptedExecutive(outline)
-    executive.begin()
-    executive.change(1.0, leaf_70="running")
-    shown = LiveMission(ScriptedGraph(executive))
-
-    async def visited(server: WebServer) -> None:
-        screen = Screen(chromium)
-        await screen.visit(server.link)
-        await screen.until("document.querySelectorAll('.row').length > 5")
-        await screen.key("d")
-        await screen.until(IN_VIEW.replace("INDEX", "71"))
-        assert round(await screen.look(ZOOM), 3) >= 0.7
-        await screen.look("document.getElementById('drawing').scrollTo(0, 0)")
-        await screen.click("fit")
-        await screen.until(IN_VIEW.replace("INDEX", "71"))
-        assert round(await screen.look(ZOOM), 3) >= 0.7
-        executive.change(1.0, leaf_70="success", leaf_99="running")
-        await screen.until(IN_VIEW.replace("INDEX", "100"))
-
-    serve(shown, visited)
-    assert chromium.problems == []
-
-
 def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
     """A button lasts while the mission goes on, so that no press of it is lost."""
     first, other = ScriptedExecutive(name="/one"), ScriptedExecutive(name="/two")

@@ -1,0 +1,184 @@
+"""One run of a user's code, and what it waits for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any, Protocol
+
+from greenlet import GreenletExit, getcurrent, greenlet
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.task import Future, FutureState, Task
+from typing_extensions import override
+
+from bt_mission.virtual_time import VirtualTimeExecutor
+
+
+class Over(Future):
+    """The end of a wait: a future without a lock and without callbacks."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the wait has ended."""
+        return self._state is not FutureState.PENDING
+
+    def __init__(self) -> None:
+        self._state = FutureState.PENDING
+        self._result: Any = None
+        self._exception = None
+        self._exception_fetched = False
+
+    @override
+    def set_result(self, result: Any) -> None:
+        """End the wait; the first result counts."""
+        if self._state is FutureState.PENDING:
+            self._result = result
+            self._state = FutureState.FINISHED
+
+
+@dataclass(eq=False)
+class Wait:
+    """The wait of a call.
+
+    Attributes:
+        what: For people, such as ``sleeps``.
+        is_timed: Whether time ends it.
+        owner: Returns the call that has to do something to end it, if there is only one.
+    """
+
+    what: str
+    is_timed: bool = False
+    owner: Callable[[], Call | None] = lambda: None
+    over: Over = field(default_factory=Over)
+
+
+@dataclass(eq=False)
+class Life:
+    """A thread as a program sees it: its number, and its object once that is asked for."""
+
+    ident: int
+    thread: Any = None
+
+
+class Host(Protocol):
+    """What runs calls (:class:`bt_mission.programs.host.ProgramHost`)."""
+
+    clock: VirtualTimeExecutor
+    is_over: bool
+
+    def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
+        """Suspend the call whose code runs, for a wait or a time."""
+
+    def read_clock(self, call: Call) -> int:
+        """Return the present, ns."""
+
+    def new_life(self) -> Life:
+        """Return a new thread."""
+
+    def start(self, call: Call) -> None:
+        """Run a call that serves no entity."""
+
+    def serve(self, node: Node, executor: Any) -> None:
+        """Let an executor serve a node."""
+
+    def leave(self, node: Node, executor: Any) -> None:
+        """Let an executor serve a node no longer."""
+
+    def serve_always(self, node: Node, entity: Any) -> None:
+        """Serve an entity also while no thread is free."""
+
+    def serve_as_others(self, entity: Any) -> None:
+        """End that."""
+
+    def remark_on_sleep(self, call: Call) -> None:
+        """Note that a call sleeps on ROS time in the only thread of its executor."""
+
+    def wake(self, executor: Any) -> None:
+        """Note that entities came or went, or that a context was shut down."""
+
+    def create_task(
+        self,
+        executor: Any,
+        callback: Callable[..., Any] | Coroutine[Any, Any, Any],
+        args: Sequence[Any],
+        kwargs: dict[str, Any],
+    ) -> Task:
+        """Run a function or a coroutine as a task of an executor."""
+
+
+class Program:
+    """Code of users with its own random numbers, and its own view of rclpy.
+
+    Args:
+        name: For people.
+        seed: Of its random numbers.
+        context: The rclpy context that is the default one for it.
+    """
+
+    def __init__(self, host: Host, name: str, seed: str, context: Context) -> None:
+        self.host, self.name, self.context = host, name, context
+        self.random = Random(seed)
+        self.life = host.new_life()
+        self.executor: Any = None
+        """What ``rclpy.spin`` and the like use."""
+
+
+class Call(greenlet):
+    """One run of a user's code: a callback, a task, a thread.
+
+    Args:
+        program: Whose code it is.
+        life: The thread that the code believes to be in.
+        spin: What serves the callback, and is busy with it until it ends; None for a thread.
+        entity: The entity that the callback serves.
+        node: Whose it is.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        life: Life,
+        spin: Any,
+        entity: Any,
+        node: Any,
+        function: Callable[..., Any],
+        *args: Any,
+    ) -> None:
+        super().__init__()
+        self.program, self.life, self.spin = program, life, spin
+        self.entity, self.node = entity, node
+        self.outcome: Any = None
+        self.wait: Wait | None = None
+        self.read_ns = self.reads = 0
+        self._function, self._args = function, args
+
+    def run(self) -> None:
+        """Run the code (greenlet calls this)."""
+        self.outcome = self._function(*self._args)
+
+    def park(self, wait: Wait) -> Any:
+        """Wait, and let virtual time continue. Return the result of the wait; called by its own code.
+
+        Raises:
+            BaseException: The result, if it is an exception.
+        """
+        if self.program.host.is_over:
+            raise GreenletExit
+        self.wait = wait
+        try:
+            assert self.parent is not None, "a call is resumed by its host"
+            self.parent.switch()
+        finally:
+            self.wait = None
+        result = wait.over._result
+        if isinstance(result, BaseException):
+            raise result
+        return result
+
+
+def current_call() -> Call | None:
+    """Return the call whose code runs; None outside of the code of programs."""
+    current = getcurrent()
+    return current if type(current) is Call else None

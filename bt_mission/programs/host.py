@@ -1,0 +1,412 @@
+"""Runs the code of programs on a virtual clock: each callback until it ends or waits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import count
+from types import CoroutineType, coroutine
+from typing import Any
+
+from greenlet import GreenletExit, error, getcurrent
+from rclpy.action import ActionServer
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.task import Future, Task
+
+from bt_mission.executors.coroutines import awaited_by
+from bt_mission.programs import replaced
+from bt_mission.programs.calls import Call, Life, Program, Wait, current_call
+from bt_mission.programs.executors import (
+    FreeExecutor,
+    ProgramExecutor,
+    Spin,
+    Waker,
+)
+from bt_mission.programs.remarks import Remarks
+from bt_mission.programs.stuck import find_stuck, refuse_standstill
+from bt_mission.virtual_time import VirtualTimeExecutor
+
+READS_PER_INSTANT = 200
+"""Readings of a clock within an instant, by one call, after which time moves by a step."""
+
+STEP_NS = 1_000_000
+"""That step."""
+
+_REAL_THREADS = 1 << 48
+"""Numbers of the threads of programs begin here."""
+
+
+@coroutine
+def _turn() -> Iterator[None]:
+    """Wait for the next turn of coroutines."""
+    yield
+
+
+class ProgramHost:
+    """Runs the calls of the programs of a clock.
+
+    Args:
+        clock: Serves their nodes.
+    """
+
+    def __init__(self, clock: VirtualTimeExecutor) -> None:
+        self.clock = clock
+        self.is_over = False
+        self.switches = 0
+        """How often code of programs was resumed."""
+        self.remarks = Remarks(clock)
+        self._advanced = False
+        self._changed = False
+        self._numbers = count(_REAL_THREADS)
+        self._executors: dict[Node, list[ProgramExecutor]] = {}
+        self._programs: dict[Node, Program] = {}
+        self._always: set[int] = set()
+        self._woken: dict[ProgramExecutor, Call | None] = {}
+        self.calls: dict[Call, None] = {}
+        """The calls that have begun and not ended, in that order."""
+        self.stuck: set[Call] = set()
+        """Those that can never continue, and were named."""
+        clock.host = self
+
+    # ---- nodes ---------------------------------------------------------------------------
+
+    def program(self, name: str, seed: str, context: Context) -> Program:
+        """Return a program whose nodes nothing of it spins."""
+        program = Program(self, name, seed, context)
+        program.executor = FreeExecutor(context=context, program=program)
+        return program
+
+    def new_life(self) -> Life:
+        """Return a new thread of a program."""
+        return Life(next(self._numbers))
+
+    def serve(self, node: Node, executor: ProgramExecutor) -> None:
+        """Let an executor of a program serve a node."""
+        self._executors.setdefault(node, []).append(executor)
+        self._programs.setdefault(node, executor.program)
+        self.clock.take_node(node)
+
+    def leave(self, node: Node, executor: ProgramExecutor) -> None:
+        """Let an executor serve a node no longer."""
+        self._executors[node].remove(executor)
+
+    def serve_always(self, node: Node, entity: Any) -> None:
+        """Serve an entity also while no thread is free."""
+        self._always.add(id(entity))
+        self._executors.setdefault(node, [])
+        call = current_call()
+        if call is not None:
+            self._programs.setdefault(node, call.program)
+        self.clock.take_node(node)
+        self.clock.wake()
+
+    def serve_as_others(self, entity: Any) -> None:
+        """End :meth:`serve_always`."""
+        self._always.discard(id(entity))
+
+    def remark_on_sleep(self, call: Call) -> None:
+        """Note that a call sleeps on ROS time in the only thread of its executor."""
+        self.remarks.sleep_on_ros_time(call.spin.executor.get_nodes())
+
+    def wake(self, executor: ProgramExecutor) -> None:
+        """Note that entities came or went, or that a context was shut down."""
+        self._woken[executor] = current_call()
+        self.clock.wake()
+
+    def admits(self, entity: Any, node: Node | None) -> bool:
+        """Return whether a thread is free for an entity of a node."""
+        if node is None or node not in self._executors or id(entity) in self._always:
+            return True
+        if self._spin_for(node) is None:
+            holders = [call for each in self._executors[node] for call in each.blocked]
+            self.remarks.refuse(entity, holders, by_group=False)
+            return False
+        if not entity.callback_group.can_execute(entity):
+            self.remarks.refuse(entity, self.holders_of(entity.callback_group), by_group=True)
+            return False
+        return True
+
+    def holders_of(self, group: Any) -> list[Call]:
+        """Return the calls that hold a callback group."""
+        if getattr(group, "_active_entity", None) is None:
+            return []
+        return [
+            call
+            for call in self.calls
+            if call.entity is not None and call.entity.callback_group is group
+        ]
+
+    def waiting_of(self, node: Node) -> list[Call]:
+        """Return the calls that wait in callbacks of a node which nothing of a program spins."""
+        own = getattr(self._programs[node].executor, "own", None)
+        return [call for call in own.busy if call.node is node] if own else []
+
+    def executors_of(self, program: Program) -> list[ProgramExecutor]:
+        """Return the executors that have nodes of a program."""
+        return [
+            executor
+            for node, executors in self._executors.items()
+            if self._programs[node] is program
+            for executor in executors
+        ]
+
+    def took(self, waitable: Any, parts: Any) -> None:
+        """Note what was taken for a waitable."""
+        self.remarks.took(waitable, parts)
+
+    def _spin_for(self, node: Node) -> Spin | None:
+        for executor in self._executors[node]:
+            if (spin := executor.free()) is not None:
+                return spin
+        return None
+
+    # ---- callbacks and tasks -------------------------------------------------------------
+
+    def call(
+        self, entity: Any, node: Node | None, function: Callable[..., Any], *args: Any
+    ) -> Coroutine[Any, Any, None] | None:
+        """Serve an entity. Return the rest of it as a coroutine, if it waits or awaits something."""
+        if node is None or node not in self._executors:
+            rest: Coroutine[Any, Any, None] | None = function(*args)
+            return rest
+        program = self._programs[node]
+        spin = self._spin_for(node) or program.executor.own
+        self.remarks.serve(entity, node, self.waiting_of(node))
+        call = self._begin(spin, program, entity, node, _serve, function, *args)
+        if self._advance(call) and call.outcome is None:
+            return None
+        return self._rest(call)
+
+    def _begin(
+        self,
+        spin: Spin,
+        program: Program,
+        entity: Any,
+        node: Node | None,
+        function: Callable[..., Any],
+        *args: Any,
+    ) -> Call:
+        life = spin.executor.life_for(spin)
+        call = Call(program, life, spin, entity, node, function, *args)
+        spin.begin(call)
+        return call
+
+    async def _rest(self, call: Call) -> Any:
+        """Run the rest of a call, and of the coroutine that it has returned as (coroutine,)."""
+        await self._to_its_end(call)
+        outcome = call.outcome
+        while isinstance(outcome, _Awaiting):
+            if outcome.awaited is None:
+                await _turn()
+            else:
+                with suppress(Exception):  # the coroutine itself raises it
+                    await outcome.awaited
+            assert call.spin is not None, "a callback or a task"
+            call = await self._part(call, _send, outcome.coroutine)
+            outcome = call.outcome
+        return outcome
+
+    async def _to_its_end(self, call: Call) -> None:
+        while not call.dead:
+            assert call.wait is not None, "it has been suspended"
+            await call.wait.over
+            self._advance(call)
+
+    async def _part(self, before: Call, function: Callable[..., Any], *args: Any) -> Call:
+        """Call a function as soon as a thread is free, for what an earlier call has begun."""
+        assert before.spin is not None, "a callback or a task"
+        executor = before.spin.executor
+        while (spin := executor.free()) is None:
+            await _turn()
+        call = self._begin(spin, before.program, before.entity, before.node, function, *args)
+        self._advance(call)
+        await self._to_its_end(call)
+        return call
+
+    def create_task(
+        self,
+        executor: ProgramExecutor,
+        callback: Callable[..., Any] | Coroutine[Any, Any, Any],
+        args: Sequence[Any],
+        kwargs: dict[str, Any],
+    ) -> Task:
+        """Run a function or a coroutine of a program as a task of an executor."""
+        if isinstance(callback, Waker):
+            callback(*args)
+
+        async def run() -> Any:
+            if isinstance(callback, Waker):
+                return None
+            while (spin := executor.free()) is None:
+                await _turn()
+            owner = getattr(callback, "__self__", None)
+            node = owner._node if isinstance(owner, ActionServer) else None
+            start = self.clock.start_task
+            call = self._begin(
+                spin, executor.program, None, node, _serve, start, callback, args, kwargs
+            )
+            self._advance(call)
+            return await self._rest(call)
+
+        return self.clock.begin_task(run)
+
+    def task_of_call(
+        self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]
+    ) -> Task | None:
+        """Make a task of the code of a program, if that asks for one; else return None."""
+        call = current_call()
+        if call is None:
+            return None
+        executor = call.program.executor if call.spin is None else call.spin.executor
+        return self.create_task(executor, callback, args, kwargs)
+
+    def start(self, call: Call) -> None:
+        """Run a call that serves no entity, such as a thread."""
+
+        async def run() -> None:
+            self._advance(call)
+            await self._to_its_end(call)
+
+        self.clock.begin_task(run)
+
+    def make_node(
+        self, program: Program, function: Callable[[], Node], then: Callable[[Node], None]
+    ) -> None:
+        """Have a program make a node; it is passed on at once, or when a wait of it has ended."""
+        call = Call(program, program.life, None, None, None, function)
+        self._advance(call)
+        if call.dead:
+            then(call.outcome)
+            return
+
+        async def go_on() -> None:
+            await self._to_its_end(call)
+            then(call.outcome)
+
+        self.clock.begin_task(go_on)
+
+    # ---- waiting, called by the code of programs -----------------------------------------
+
+    def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
+        """Suspend the call whose code runs. Return the result of the wait, False after a time."""
+        call = current_call()
+        assert call is not None, "only the code of a program waits"
+        if timeout_ns is None:
+            return bool(call.park(wait))
+        time_ns = self.clock.now_ns + max(timeout_ns, 0)
+        alarm = self.clock.call_at(time_ns, lambda: wait.over.set_result(False))
+        try:
+            return bool(call.park(wait))
+        finally:
+            self.clock.cancel_call(alarm)
+
+    def read_clock(self, call: Call) -> int:
+        """Return the present, ns. Code that reads it again and again makes time move."""
+        now_ns = self.clock.now_ns
+        if call.read_ns != now_ns:
+            call.read_ns, call.reads = now_ns, 0
+        call.reads += 1
+        if call.reads > READS_PER_INSTANT:
+            call.reads = 0
+            self.wait(Wait("polls the clock", is_timed=True), STEP_NS)
+        return self.clock.now_ns
+
+    # ---- inside --------------------------------------------------------------------------
+
+    def _advance(self, call: Call) -> bool:
+        """Run a call until it ends or waits. Return whether it has ended.
+
+        An exception is raised where the program spins; here, if it spins nothing.
+        """
+        self.switches += 1
+        self._advanced = self._changed = True
+        self.calls[call] = None
+        program = call.program
+        call.parent = getcurrent()
+        former = replaced.put_in(program.context)
+        try:
+            call.switch()
+        except BaseException as failure:
+            if not isinstance(failure, Exception) or call.spin is None:
+                raise
+            if not call.spin.fail(failure):
+                raise
+        finally:
+            program.context = replaced.put_back(former)
+            if call.dead:
+                self.calls.pop(call, None)
+                if call.spin is not None:
+                    call.spin.end(call)
+            if self._woken:
+                self._stop_spinning()
+        return bool(call.dead)
+
+    def _stop_spinning(self) -> None:
+        woken, self._woken = self._woken, {}
+        for executor, by in woken.items():
+            if not executor.context.ok():
+                executor.stop(from_within=by)
+
+    def take_advanced(self) -> bool:
+        """Return once whether code of programs has run."""
+        advanced, self._advanced = self._advanced, False
+        return advanced
+
+    def check(self) -> None:
+        """Look for calls that wait for each other, once nothing is ready.
+
+        Raises:
+            DeadlockError: With what each of them waits for.
+        """
+        if self._changed:
+            self._changed = False
+            find_stuck(self.calls, self.stuck, self.holders_of, self.executors_of)
+
+    def refuse_standstill(self) -> None:
+        """Name the calls that wait while nothing will ever be due.
+
+        Raises:
+            DeadlockError: With what each of them waits for.
+        """
+        refuse_standstill(self.calls)
+
+    def close(self) -> None:
+        """End all calls: their code runs ``finally`` and no more."""
+        self.remarks.close()
+        self.is_over = True
+        for call in tuple(self.calls):
+            former = replaced.put_in(call.program.context)
+            try:
+                call.parent = getcurrent()
+                with suppress(BaseException):
+                    call.throw(GreenletExit)
+            except error:  # of another thread
+                pass
+            finally:
+                replaced.put_back(former)
+        self.calls.clear()
+
+
+@dataclass(frozen=True)
+class _Awaiting:
+    """A coroutine that has not ended, and the future that it awaits, if that is known."""
+
+    coroutine: Any
+    awaited: Future | None
+
+
+def _send(coroutine: Any) -> Any:
+    """Run a coroutine up to its next wait. Return its result, or that it awaits something."""
+    try:
+        coroutine.send(None)
+    except StopIteration as end:
+        return end.value
+    return _Awaiting(coroutine, awaited_by(coroutine))
+
+
+def _serve(function: Callable[..., Any], *args: Any) -> Any:
+    """Call a function; run the coroutine that it may return up to its first wait."""
+    outcome = function(*args)
+    return _send(outcome) if isinstance(outcome, CoroutineType) else outcome

@@ -1,0 +1,112 @@
+"""What the log of a node says of its threads: why a request waited, and what would wait."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.action import ActionServer
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+
+from bt_mission.core.clock_watch import callback_in
+from bt_mission.core.ros_log import log_of
+from bt_mission.core.stamps import NS
+from bt_mission.programs.calls import Call
+from bt_mission.programs.places import what_of
+from bt_mission.virtual_time import VirtualTimeExecutor
+
+LATE = "BT-920"
+"""The code of a request that has waited."""
+
+WAITED_NS = 500_000_000
+"""A request that has waited this long is worth a line, ns."""
+
+NAMES = {"cancel": "cancel request", "goal": "goal request"}
+
+
+@dataclass
+class _Refused:
+    server: ActionServer
+    why: str
+    times_ns: list[int] = field(default_factory=list)
+    """When its requests came."""
+
+
+class Remarks:
+    """Finds what is worth a line in the log of a node."""
+
+    def __init__(self, clock: VirtualTimeExecutor) -> None:
+        self._clock = clock
+        self._refused: dict[int, _Refused] = {}
+        self._lines: set[str] = set()
+
+    def refuse(self, entity: Any, holders: Sequence[Call], *, by_group: bool) -> None:
+        """Note that an action server has to wait for these calls, if it is one."""
+        if not isinstance(entity, ActionServer) or not holders:
+            return
+        refused = self._refused.get(id(entity)) or self._new(entity, holders, by_group=by_group)
+        new = self._clock.arrivals.count_of(entity) - len(refused.times_ns)
+        refused.times_ns += [self._clock.now_ns] * new
+
+    def _new(self, entity: ActionServer, holders: Sequence[Call], *, by_group: bool) -> _Refused:
+        why = f"{what_of(holders[0])} in " + (
+            "the callback group of the server; give the server a ReentrantCallbackGroup"
+            if by_group
+            else "the only thread of its executor; use a MultiThreadedExecutor and a "
+            "ReentrantCallbackGroup"
+            if len(holders) == 1
+            else f"one of the {len(holders)} threads of its executor, all busy; use more threads"
+        )
+        self._refused[id(entity)] = refused = _Refused(entity, why)
+        return refused
+
+    def close(self) -> None:
+        """Say which cancel requests have waited until now."""
+        for refused in tuple(self._refused.values()):
+            with suppress(InvalidHandle):
+                server = refused.server
+                server._is_goal_request_ready = server._is_goal_expired = False
+                server._is_cancel_request_ready = server._is_result_request_ready = True
+                self.took(server, server.take_data())
+
+    def took(self, waitable: Any, parts: Any) -> None:
+        """Say for how long a request has waited, and why."""
+        refused = self._refused.pop(id(waitable), None)
+        if refused is None or not refused.times_ns:
+            return
+        for part, name in NAMES.items():
+            # Of the requests that wait together, that for the result of the goal comes first.
+            is_second = part == "cancel" and "result" in parts and len(refused.times_ns) > 1
+            waited_ns = self._clock.now_ns - refused.times_ns[is_second]
+            if part in parts and waited_ns >= WAITED_NS:
+                log_of(waitable._node).warning(
+                    f"the {name} waited {waited_ns / NS:g} s: {refused.why} [{LATE}]"
+                )
+
+    def serve(self, entity: Any, node: Node, waiting: Sequence[Call]) -> None:
+        """Say that a node needs several threads, where callbacks wait while another one runs."""
+        for call in waiting:
+            if call.entity is not entity:
+                self._say(
+                    node,
+                    f"{what_of(call)} while other callbacks of its node run; under rclpy.spin, "
+                    "they would wait",
+                )
+
+    def sleep_on_ros_time(self, nodes: Sequence[Node]) -> None:
+        """Say what a sleep does in the thread in which a node receives `/clock`."""
+        holder = callback_in(sys._getframe())
+        for node in nodes[:1]:
+            text = (
+                f"{holder} sleeps on ROS time in the only thread of its executor; with use_sim_time"
+            )
+            self._say(node, f"{text}, it would hang on a robot, since nothing takes /clock")
+
+    def _say(self, node: Node, text: str) -> None:
+        if text not in self._lines:
+            self._lines.add(text)
+            log_of(node).info(text)

@@ -1,0 +1,204 @@
+"""The functions that block or read a clock, replaced while the code of a program runs.
+
+They are exchanged in their modules whenever a call is resumed, and put back when it waits or ends:
+nothing else sees them. If another thread of the process calls one meanwhile, it does as the original.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures  # noqa: F401 - so that it is complete
+import datetime
+import queue
+import random
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Callable
+from functools import partial
+from types import ModuleType
+from typing import Any
+
+import rclpy
+import rclpy.clock
+import rclpy.executors
+import rclpy.wait_for_message
+from rclpy import utilities
+from rclpy.callback_groups import ReentrantCallbackGroup
+
+from bt_mission.core.code_owner import owner_of
+from bt_mission.core.stamps import NS
+from bt_mission.programs import clocks, threads
+from bt_mission.programs.calls import Wait, current_call
+from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
+
+_real_lock = threading.Lock()
+_depth = 0
+_kept: list[dict[str, Any]] = []
+
+_real_global_executor = rclpy.get_global_executor
+_real_spin = rclpy.spin
+_real_wait_for_message = rclpy.wait_for_message.wait_for_message
+_real_uuid4 = uuid.uuid4
+
+
+def _global_executor() -> Any:
+    call = current_call()
+    return _real_global_executor() if call is None else call.program.executor
+
+
+def _spin(node: Any, executor: Any = None) -> None:
+    if current_call() is None:
+        _real_spin(node, executor)
+        return
+    executor = _global_executor() if executor is None else executor
+    try:
+        executor.add_node(node)
+        executor.spin()
+    finally:
+        executor.remove_node(node)
+
+
+def _wait_for_message(
+    msg_type: Any, node: Any, topic: str, *, qos_profile: Any = 1, time_to_wait: Any = -1
+) -> Any:
+    call = current_call()
+    if call is None:
+        return _real_wait_for_message(
+            msg_type, node, topic, qos_profile=qos_profile, time_to_wait=time_to_wait
+        )
+    got: list[Any] = []
+    wait = Wait("waits for a message", is_timed=time_to_wait >= 0)
+
+    def take(message: Any) -> None:
+        got.append(message)
+        wait.over.set_result(True)
+
+    # It is taken in any case, also while all threads of the executor are busy.
+    subscription = node.create_subscription(
+        msg_type, topic, take, qos_profile, callback_group=ReentrantCallbackGroup()
+    )
+    host = call.program.host
+    host.serve_always(node, subscription)
+    try:
+        host.wait(wait, round(time_to_wait * NS) if time_to_wait >= 0 else None)
+    finally:
+        host.serve_as_others(subscription)
+        node.destroy_subscription(subscription)
+    return (True, got[0]) if got else (False, None)
+
+
+def _uuid4() -> uuid.UUID:
+    call = current_call()
+    if call is None:
+        return _real_uuid4()
+    return uuid.UUID(int=call.program.random.getrandbits(128), version=4)
+
+
+def _drawn(name: str, real: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    call = current_call()
+    return (real if call is None else getattr(call.program.random, name))(*args, **kwargs)
+
+
+_DRAWS = (
+    *("betavariate", "choice", "choices", "expovariate", "gammavariate", "gauss", "getrandbits"),
+    *("getstate", "lognormvariate", "normalvariate", "paretovariate", "randbytes", "randint"),
+    *("random", "randrange", "sample", "seed", "setstate", "shuffle", "triangular", "uniform"),
+    *("vonmisesvariate", "weibullvariate"),
+)
+
+REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
+    (time, {"sleep": clocks.sleep, **clocks.READERS, **clocks.CALENDAR}),
+    (datetime, {"datetime": clocks.Datetime}),
+    (
+        threading,
+        {
+            "Lock": threads.new_lock,
+            "_allocate_lock": threads.new_lock,
+            "_CRLock": None,
+            "_time": clocks.READERS["monotonic"],
+            "Thread": threads.Thread,
+            "Timer": threads.Timer,
+            "local": threads.Local,
+            "get_ident": threads.get_ident,
+            "current_thread": threads.current_thread,
+        },
+    ),
+    (queue, {"SimpleQueue": queue._PySimpleQueue, "time": clocks.READERS["monotonic"]}),
+    (random, {name: partial(_drawn, name, getattr(random, name)) for name in _DRAWS}),
+    (uuid, {"uuid4": _uuid4}),
+    (rclpy, {"spin": _spin, "get_global_executor": _global_executor}),
+    (
+        rclpy.executors,
+        {
+            "SingleThreadedExecutor": SingleThreadedExecutor,
+            "MultiThreadedExecutor": MultiThreadedExecutor,
+        },
+    ),
+    (rclpy.clock, {"_rclpy": clocks.RclpyOfClocks()}),
+    (rclpy.wait_for_message, {"wait_for_message": _wait_for_message}),
+)
+"""Modules, and what a program finds in them."""
+
+_TABLES = tuple((vars(module), names) for module, names in REPLACED)
+
+
+def put_in(context: Any) -> Any:
+    """Exchange the functions, and rclpy's default context. Return the former context."""
+    global _depth  # noqa: PLW0603 - modules are one for all threads
+    with _real_lock:
+        _depth += 1
+        if _depth == 1:
+            for present, new in _TABLES:
+                _kept.append({name: present[name] for name in new})
+                present.update(new)
+    former = utilities.g_default_context
+    utilities.g_default_context = context
+    return former
+
+
+def put_back(context: Any) -> Any:
+    """Put back what :func:`put_in` has exchanged. Return rclpy's default context until then."""
+    global _depth  # noqa: PLW0603 - modules are one for all threads
+    with _real_lock:
+        _depth -= 1
+        if _depth == 0:
+            for (present, _), kept in zip(_TABLES, _kept, strict=True):
+                present.update(kept)
+            _kept.clear()
+    latter = utilities.g_default_context
+    utilities.g_default_context = context
+    return latter
+
+
+_NEW = {
+    id(vars(module)[name]): new
+    for module, names in REPLACED
+    for name, new in names.items()
+    if new is not None and name != "_rclpy"
+}
+"""The replacements of functions and classes, by the identity of the original."""
+
+
+def adopt(factory: Any) -> None:
+    """Let a module of a user that was imported before, and those it imports, use the replacements.
+
+    ``from time import sleep`` has taken the original. A replacement does as the original, unless
+    the code of a program calls it.
+    """
+    waiting = [sys.modules.get(getattr(factory, "__module__", ""))]
+    seen: set[int] = set()
+    while waiting:
+        module = waiting.pop()
+        file = getattr(module, "__file__", None)
+        if module is None or id(module) in seen or not file or owner_of(file) != "user":
+            continue
+        seen.add(id(module))
+        names = vars(module)
+        for name, value in tuple(names.items()):
+            if id(value) in _NEW:
+                names[name] = _NEW[id(value)]
+            elif isinstance(value, ModuleType):
+                waiting.append(value)
+            else:
+                waiting.append(sys.modules.get(getattr(value, "__module__", None) or ""))

@@ -1,0 +1,125 @@
+"""Calls of programs that can never continue."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from rclpy.action import ActionClient
+from rclpy.client import Client
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.programs.calls import Call, Program
+from bt_mission.programs.executors import ProgramExecutor
+from bt_mission.programs.places import frames_of, what_of
+
+_ANSWERED = {
+    ("rclpy.client", "call"),
+    ("rclpy.action.client", "send_goal"),
+    ("rclpy.action.client", "_cancel_goal"),
+    ("rclpy.action.client", "_get_result"),
+}
+"""Functions that wait for an answer to ``self``, a client."""
+
+
+class DeadlockError(BtMissionError):
+    """Code of a program waits for what can never happen."""
+
+    code = "BT-919"
+
+
+def find_stuck(
+    calls: Iterable[Call],
+    known: set[Call],
+    holders_of: Callable[[Any], Sequence[Call]],
+    executors_of: Callable[[Program], Sequence[ProgramExecutor]],
+) -> None:
+    """Look for calls that wait for each other, or for what none of their program can do.
+
+    Args:
+        calls: All that have begun and not ended.
+        known: Those that were named before; the new ones are added.
+        holders_of: Returns the calls that hold a callback group.
+        executors_of: Returns the executors of a program that have nodes.
+
+    Raises:
+        DeadlockError: With what each of them waits for.
+    """
+    waiting = [
+        call
+        for call in calls
+        if call.wait is not None and not call.wait.over.is_over and call not in known
+    ]
+    for call in waiting:
+        if (chain := _circle(holders_of, call)) is not None:
+            known.update(chain)
+            raise DeadlockError(_text(chain, ""))
+    for program in dict.fromkeys(call.program for call in waiting):
+        own = [call for call in waiting if call.program is program]
+        if _is_stuck(calls, executors_of(program), own):
+            known.update(own)
+            raise DeadlockError(_text(own, "; no thread of its executors is free"))
+
+
+def refuse_standstill(calls: Iterable[Call]) -> None:
+    """Refuse that nothing will ever be due while calls wait.
+
+    Raises:
+        DeadlockError: With what each of them waits for.
+    """
+    waiting = [call for call in calls if call.wait is not None and not call.wait.over.is_over]
+    if waiting:
+        raise DeadlockError(_text(waiting, "; nothing else will ever happen"))
+
+
+def _text(calls: Sequence[Call], why: str) -> str:
+    return f"a deadlock: {', and '.join(map(what_of, calls))}{why}"
+
+
+def _circle(holders_of: Callable[[Any], Sequence[Call]], first: Call) -> list[Call] | None:
+    """Return the calls that wait for each other, beginning with one of them."""
+    chain: list[Call] = []
+    call: Call | None = first
+    while call is not None and call not in chain:
+        wait = call.wait
+        if wait is None or wait.is_timed or wait.over.is_over:
+            return None
+        chain.append(call)
+        call = _owner(call) or _group_holder(holders_of, call)
+    # Another thread may open a lock that this one has taken twice.
+    return chain if call is first and _owner(first) is not first else None
+
+
+def _owner(call: Call) -> Call | None:
+    """Return the call that has what another one waits for.
+
+    A condition has a lock that the waiting code has taken itself, and others open.
+    """
+    modules = [frame.f_globals.get("__name__") for frame in frames_of(call)]
+    names = [frame.f_code.co_name for frame in frames_of(call)]
+    if ("threading", "wait") in zip(modules, names, strict=True) or call.wait is None:
+        return None
+    return call.wait.owner()
+
+
+def _group_holder(holders_of: Callable[[Any], Sequence[Call]], call: Call) -> Call | None:
+    """Return the call that keeps the answer from arriving that another one waits for."""
+    for frame in frames_of(call):
+        key = (frame.f_globals.get("__name__", ""), frame.f_code.co_name)
+        client = frame.f_locals.get("self")
+        if key in _ANSWERED and isinstance(client, Client | ActionClient):
+            holders = holders_of(client.callback_group)
+            return next(iter(holders), None)
+    return None
+
+
+def _is_stuck(
+    calls: Iterable[Call], executors: Sequence[ProgramExecutor], waiting: Sequence[Call]
+) -> bool:
+    """Return whether all code of a program waits for itself, and none can be called."""
+    if any(call.wait is None or call.wait.is_timed for call in waiting):
+        return False
+    program = waiting[0].program
+    if any(call.program is program and call not in waiting for call in calls):
+        return False
+    return bool(executors) and all(executor.free() is None for executor in executors)
