@@ -159,7 +159,7 @@ class Call(greenlet):
         self.outcome = self._function(*self._args)
 
     def park(self, wait: Wait) -> Any:
-        """Wait, and let virtual time continue. Return the result of the wait; called by its own code.
+        """Wait, while virtual time continues. Return the result; called by the code that waits.
 
         Raises:
             BaseException: The result, if it is an exception.

@@ -167,7 +167,7 @@ class ProgramHost:
     def call(
         self, entity: Any, node: Node | None, function: Callable[..., Any], *args: Any
     ) -> Coroutine[Any, Any, None] | None:
-        """Serve an entity. Return the rest of it as a coroutine, if it waits or awaits something."""
+        """Serve an entity. Return the rest as a coroutine, if it waits or awaits something."""
         if node is None or node not in self._executors:
             rest: Coroutine[Any, Any, None] | None = function(*args)
             return rest

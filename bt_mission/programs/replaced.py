@@ -1,7 +1,8 @@
 """The functions that block or read a clock, replaced while the code of a program runs.
 
 They are exchanged in their modules whenever a call is resumed, and put back when it waits or ends:
-nothing else sees them. If another thread of the process calls one meanwhile, it does as the original.
+nothing else sees them. If another thread of the process calls one meanwhile, it does as the
+original.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ class VirtualTimeExecutor(Spinning):
         self._alarms: list[Alarm] = []
         self._execute_callbacks = ExecuteCallbacks()
         self.host: CallHost | None = None
-        """What runs code that may block, if there is such code."""
+        """Runs code that may block, if there is such code."""
         self.taps.can_take = self._can_be_served
 
     # ---- nodes and time ------------------------------------------------------------------
@@ -149,7 +149,7 @@ class VirtualTimeExecutor(Spinning):
         return True
 
     def take_node(self, node: Node) -> None:
-        """Serve a node whose own executor says when; its timers go on."""
+        """Serve a node whose own executor says when; its timers continue."""
         self._take_node(node)
 
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> Alarm:
