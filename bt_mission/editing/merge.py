@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
+
+from bt_mission.editing.common_lines import common_lines
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,10 @@ class Hunk:
 
 
 def hunks(base: str, theirs: str, mine: str) -> tuple[Hunk, ...]:
-    """Return a text in three versions, cut where one of them differs from another."""
+    """Return a text in three versions, cut where one of them differs from another.
+
+    A version with too many lines that are alike between its changes is compared as a whole.
+    """
     texts = tuple(text.splitlines(keepends=True) for text in (base, theirs, mine))
     ends = tuple(map(len, texts))
     starts, merged = (0, 0, 0), list[Hunk]()
@@ -55,17 +59,15 @@ def _common(
     base: Sequence[str], theirs: Sequence[str], mine: Sequence[str]
 ) -> Iterator[tuple[tuple[int, int, int], int]]:
     """Yield where all three versions have the same lines, and their number."""
-    first = SequenceMatcher(None, base, theirs, autojunk=False).get_matching_blocks()
-    second = SequenceMatcher(None, base, mine, autojunk=False).get_matching_blocks()
+    first, second = common_lines(base, theirs) or (), common_lines(base, mine) or ()
     at, other = 0, 0
     while at < len(first) and other < len(second):
-        left, right = first[at], second[other]
-        start = max(left.a, right.a)
-        end = min(left.a + left.size, right.a + right.size)
+        (left, in_theirs, left_size), (right, in_mine, right_size) = first[at], second[other]
+        start = max(left, right)
+        end = min(left + left_size, right + right_size)
         if end > start:
-            places = (start, left.b + start - left.a, right.b + start - right.a)
-            yield places, end - start
-        if left.a + left.size < right.a + right.size:
+            yield (start, in_theirs + start - left, in_mine + start - right), end - start
+        if left + left_size < right + right_size:
             at += 1
         else:
             other += 1

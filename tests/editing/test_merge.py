@@ -23,6 +23,19 @@ def test_each_place_has_its_three_versions() -> None:
     assert [hunk.choice for hunk in cut if hunk.theirs != hunk.mine] == ["theirs", "mine", ""]
 
 
+def test_versions_are_compared_as_a_whole_where_too_many_lines_are_alike() -> None:
+    """Changes of lines that differ are found, however far they are from each other."""
+    lines = [f"{number}\n" for number in range(20_000)]
+    cut = hunks("".join(lines), "new\n" + "".join(lines), "".join([*lines[:-1], "end\n"]))
+    assert [(hunk.theirs, hunk.mine) for hunk in cut if hunk.theirs != hunk.mine] == [
+        ("new\n", ""),
+        ("19999\n", "end\n"),
+    ]
+    alike = "x\n" * 20_000
+    cut = hunks(alike, f"a\n{alike}b\n", alike)
+    assert cut == (Hunk(alike, f"a\n{alike}b\n", alike),)
+
+
 def test_no_line_of_any_version_is_lost() -> None:
     """The parts of each version, put together, are that version."""
     random = Random(1)

@@ -7,21 +7,19 @@ from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 from typing import Self
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import text_of
+from bt_mission.editing.common_lines import common_lines
 
 LINE_FEED = "\n"
-MOST_CHANGED = 2000
-"""Lines that may change at a time in a file whose lines end in several ways."""
 
 _END = re.compile(r"\r\n|\r|\n")
 
 
 class LineEndsError(BtMissionError):
-    """Too many lines have changed to find which of them kept their ends."""
+    """Too many lines are alike to find which of them kept their ends."""
 
     code = "BT-1302"
 
@@ -53,7 +51,7 @@ class Written:
         Lines that are the same end as before, others as most lines do.
 
         Raises:
-            LineEndsError: Lines end in several ways, and too many of them have changed.
+            LineEndsError: Lines end in several ways, and too many of them are alike.
         """
         text = unified(text)
         usual = Counter(self.ends).most_common(1)
@@ -67,25 +65,14 @@ class Written:
 
     def _keep(self, lines: Sequence[str], ends: list[str]) -> None:
         """Put the ends of unchanged lines into those of other lines."""
-        before = self.text.split(LINE_FEED)[:-1]
-        first = 0
-        while first < min(len(before), len(lines)) and before[first] == lines[first]:
-            first += 1
-        most = min(len(before), len(lines)) - first
-        last = 0
-        while last < most and before[-1 - last] == lines[-1 - last]:
-            last += 1
-        ends[:first] = self.ends[:first]
-        if last:
-            ends[-last:] = self.ends[-last:]
-        old, new = before[first : len(before) - last], lines[first : len(lines) - last]
-        if max(len(old), len(new)) > MOST_CHANGED:
+        blocks = common_lines(self.text.split(LINE_FEED)[:-1], lines)
+        if blocks is None:
             raise LineEndsError(
-                f"the lines of this file end in several ways, and more than {MOST_CHANGED:,} of "
-                "them have changed: give all lines one end in another program first"
+                "the lines of this file end in several ways, and too many between your changes "
+                "are alike: give all lines one end in another program first"
             )
-        for a, b, size in SequenceMatcher(None, old, new, autojunk=False).get_matching_blocks():
-            ends[first + b : first + b + size] = self.ends[first + a : first + a + size]
+        for a, b, size in blocks:
+            ends[b : b + size] = self.ends[a : a + size]
 
 
 def unified(text: str) -> str:

@@ -49,6 +49,11 @@ ASLEEP_S = 4.0
 """Wall time without a message of a page after which it sleeps, or was closed silently."""
 
 MOST_FAULTS = 50
+FURTHEST_M = 1e9
+"""Of a place that a request names."""
+MOST_LINES = 20_000
+"""Lines of a text of which differences are shown."""
+
 SPEEDS = ("1", "4", "16")
 PROOF_BUDGET = "20s"
 
@@ -537,9 +542,14 @@ def _section(asked: Mapping[str, Any]) -> str:
 
 def _pair(asked: Mapping[str, Any], key: str) -> tuple[float, float]:
     value = asked.get(key)
-    if not isinstance(value, list) or [type(part) in (int, float) for part in value] != [True] * 2:
+    if not isinstance(value, list) or [_is_length(part) for part in value] != [True] * 2:
         raise RequestError(f"'{key}' is not a place")
     return float(value[0]), float(value[1])
+
+
+def _is_length(value: Any) -> bool:
+    """Return whether it is a number of metres that a float can hold."""
+    return type(value) in (int, float) and abs(value) < FURTHEST_M
 
 
 def _boxes(text: str) -> list[dict[str, Any]] | None:
@@ -611,6 +621,8 @@ def _define(asked: dict[str, Any]) -> dict[str, Any]:
 def _differ(asked: dict[str, Any]) -> dict[str, Any]:
     """Return the lines that differ between two texts, with some around them."""
     before, after = (split_lines(_text(asked, key)) for key in ("before", "after"))
+    if max(len(before), len(after)) > MOST_LINES:
+        raise EditError(f"differences are shown of at most {MOST_LINES:,} lines")
     lines: Sequence[str] = list(difflib.unified_diff(before, after, lineterm="", n=2))[2:]
     return {"lines": lines}
 

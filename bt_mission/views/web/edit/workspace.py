@@ -38,6 +38,7 @@ _PAGE = re.compile(r"[0-9A-Za-z-]{1,36}", re.ASCII)
 _DRAFT = re.compile(r"\.(?P<name>.+\.ya?ml)(?:\.(?P<page>[0-9A-Za-z-]{1,36}))?\.unsaved", re.ASCII)
 _TRIAL = re.compile(rf"\..+\.(?P<process>\d+)-[0-9a-f]+\.(?:{'|'.join(COMMANDS)})\.yaml", re.ASCII)
 PRIVATE = 0o600
+_TOO_LARGE = f"the text exceeds {MAX_BYTES:,} bytes, the limit of what is read"
 
 
 class EditError(BtMissionError):
@@ -98,6 +99,8 @@ class Workspace:
             and len(os.fsencode(path.name)) <= LONGEST_NAME
             and not any(part.startswith(".") for part in Path(name).parts)
             and (self.only is None or name == self.only)
+            and str(Path(name)) == name  # a file has one name, on which its pages agree
+            and not Path(name).is_absolute()
         )
         if not is_valid or not self._is_inside(path):
             raise EditError(f"{name!r} is not a YAML file of this folder")
@@ -129,7 +132,10 @@ class Workspace:
         now = self.read(name)
         if now.text != base and not is_forced:
             raise ConflictError(name, now.text if os.path.lexists(path) else None)
-        _write(path, now.changed_to(text))
+        content = now.changed_to(text)
+        if len(content) > MAX_BYTES:
+            raise EditError(f"{name}: cannot be saved ({_TOO_LARGE}); nothing was written")
+        _write(path, content)
 
     def create(self, name: str) -> None:
         """Write an empty file in a folder that exists.
@@ -221,19 +227,25 @@ class Workspace:
 
     def keep_draft(self, name: str, page: str, text: str) -> str:
         """Keep the unsaved text of a page; return why it cannot be kept, or an empty text."""
-        if len(text) > MAX_BYTES:
-            return f"the text exceeds {MAX_BYTES:,} bytes"
+        content = text.encode()
+        if len(content) > MAX_BYTES:
+            return _TOO_LARGE
         try:
-            if text == self.read(name).text:
+            if self._has(name, text):
                 self.drop_drafts(name, [page])
             else:
                 path = self.path(name)
-                _write(self._draft(name, page), text.encode(), _mode_beside(path))
-        except InputError as error:
-            return error.on_one_line
-        except BtMissionError as error:
+                _write(self._draft(name, page), content, _mode_beside(path))
+        except EditError as error:
             return str(error)
         return ""
+
+    def _has(self, name: str, text: str) -> bool:
+        """Return whether a file has this text; one that cannot be read has another."""
+        try:
+            return self.read(name).text == text
+        except InputError:
+            return False
 
     def drop_drafts(self, name: str, pages: list[str]) -> None:
         """Delete unsaved texts beside a file."""

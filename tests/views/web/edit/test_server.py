@@ -229,13 +229,13 @@ async def test_bytes_stay_where_the_text_does(
 
 
 @played("play")
-async def test_too_many_changed_lines_of_several_ends_are_refused(
+async def test_too_many_lines_of_several_ends_that_are_alike_are_refused(
     client: Client, tmp_path: Path
 ) -> None:
-    """Which of them kept their ends cannot be told."""
+    """Which of them kept their ends cannot be determined."""
     (tmp_path / "m.yaml").write_bytes(b"a\r\nb\n" * 2000)
     base = (await client.ask("open", name="m.yaml"))["text"]
-    answer = await client.ask("save", name="m.yaml", text=base.upper(), base=base)
+    answer = await client.ask("save", name="m.yaml", text=f"x\n{base}y\n", base=base)
     assert "end in several ways" in answer["error"]
     assert (tmp_path / "m.yaml").read_bytes() == b"a\r\nb\n" * 2000
 
@@ -300,6 +300,33 @@ async def test_a_full_disk_is_named_and_leaves_no_part_of_a_file(
     assert "File too large" in saved["error"]
     assert names_in(tmp_path) == ["m.yaml"]
     assert (tmp_path / "m.yaml").read_text() == TEXT
+
+
+@played("play")
+async def test_a_text_that_could_not_be_read_again_is_not_written(
+    client: Client, tmp_path: Path
+) -> None:
+    """Files are read to a limit in bytes, which is that of unsaved texts, too."""
+    text = "# " + "é" * 500_000
+    assert "1,000,000 bytes" in (await client.ask("keep", name="m.yaml", text=text))["lost"]
+    saved = await client.ask("save", name="m.yaml", text=text, base=TEXT)
+    assert "1,000,000 bytes" in saved["error"]
+    assert names_in(tmp_path) == ["m.yaml"]
+    assert (tmp_path / "m.yaml").read_text() == TEXT
+
+
+@pytest.mark.parametrize("contents", [b"caf\xe9", b"x" * 1_000_001])
+@played("play")
+async def test_an_unsaved_text_is_kept_beside_a_file_that_cannot_be_read(
+    client: Client, tmp_path: Path, contents: bytes
+) -> None:
+    """Another program may have written it so; the text is offered as soon as it can be read."""
+    (tmp_path / "m.yaml").write_bytes(contents)
+    assert (await client.ask("keep", name="m.yaml", text="mine: 1\n"))["lost"] == ""
+    assert "error" in await client.ask("open", name="m.yaml")
+    (tmp_path / "m.yaml").write_text(TEXT)
+    (draft,) = (await client.ask("open", name="m.yaml"))["drafts"]
+    assert draft["text"] == "mine: 1\n"
 
 
 @played("play")
@@ -392,13 +419,14 @@ async def test_of_requests_at_once_one_starts_a_run(
 
 
 @pytest.mark.parametrize(
-    "name", ["../m.yaml", "/etc/x.yaml", ".m.yaml", "m.txt", "a\0.yaml", "l.yaml"]
+    "name",
+    ["../m.yaml", "/etc/x.yaml", ".m.yaml", "m.txt", "a\0.yaml", "l.yaml", "./m.yaml", "m.yaml/"],
 )
 @played("play")
 async def test_only_yaml_files_of_the_folder_are_read(
     client: Client, tmp_path: Path, name: str
 ) -> None:
-    """Links that lead out of it are refused, too."""
+    """Links that lead out of it are refused, too, and other forms of a name."""
     (tmp_path / "l.yaml").symlink_to("/etc/hostname")
     listed = (await client.ask("files"))["files"]
     assert [row["name"] for row in listed] == ["m.yaml"]
@@ -428,6 +456,12 @@ async def test_the_page_is_guarded_as_the_others_are(client: Client) -> None:
     assert "frame-ancestors 'self'" in headers["content-security-policy"]
     for body in ("{", "[]", '{"do": 1}', '{"do": "fly"}', '{"do": "move", "path": [1.5]}'):
         assert "error" in json.loads((await client.post("api/act", body))[1])
+    for place in (f"[1{'0' * 400}, 0]", "[NaN, 0]", "[0, Infinity]", "[true, 0]", "[1]"):
+        facts = f'"do": "place", "section": "boxes", "begin": {place}, "end": [1, 1]'
+        status, answer = await client.post("api/act", f'{{"text": "size: [4, 4]\\n", {facts}}}')
+        assert (status, "not a place" in answer) == (400, True)
+    lines = "a\n" * 30_000
+    assert "20,000" in (await client.ask("differ", before=lines, after=""))["error"]
     assert "exceeds" in (await client.ask("files", text="x" * 4_000_001))["error"]
 
 
