@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.support.project import ROOT
+from tests.support.thorough import sample
 
 LEAVES = "def test_leaves():\n    open('stray.txt', 'w').close()\n"
 LEAVES_NOTHING = "def test_leaves_nothing():\n    pass\n"
@@ -21,7 +22,10 @@ def checkout(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["alone", "xdist"])
+@pytest.mark.parametrize(
+    "workers",
+    sample([pytest.param((), id="alone"), pytest.param(("-n", "2"), id="xdist")], 2),
+)
 def test_a_file_that_is_left_fails_the_session(
     checkout: pytest.Pytester, workers: tuple[str, ...]
 ) -> None:

@@ -178,8 +178,8 @@ class Report:
         lines.append("  " + ", ".join(facts))
         lines += [f"  requirement {requirement}" for requirement in self.requirements]
         lines += [f"  fault {fault}" for fault in self.faults]
-        said = {fault.untested for fault in self.faults}
-        lines += [f"  not tested: {each}" for each in self.untested if each not in said]
+        named = {fault.untested for fault in self.faults}
+        lines += [f"  not tested: {each}" for each in self.untested if each not in named]
         return "\n".join(map(escape_control, lines))
 
 

@@ -64,6 +64,7 @@ def test_names_are_run_in_their_order_and_once():
     assert {"speed", "calls", "recording"} <= {benchmark.name for benchmark in choose(["table"])}
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_smoke_of_a_real_benchmark_passes():
     """From the command line to the figures, without a table: they mean nothing."""

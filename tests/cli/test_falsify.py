@@ -89,6 +89,7 @@ def test_a_counterexample_fails_until_the_mission_is_fixed(search: CommandLine) 
     search(f"run {scenario}")
 
 
+@pytest.mark.thorough
 def test_a_search_without_a_counterexample_writes_nothing(search: CommandLine) -> None:
     """It prints the smallest margin, and how many runs did not keep to an assumption."""
     search.write("careless.yaml", CAREFUL)
@@ -101,6 +102,7 @@ def test_a_search_without_a_counterexample_writes_nothing(search: CommandLine) -
     assert re.search(r"; \d violated the assumptions", search(f"{SEARCH} --budget 8"))
 
 
+@pytest.mark.thorough
 def test_what_breaks_the_reference_does_not_count(search: CommandLine) -> None:
     """A mission that keeps 0.5 m stands the boxes that one with 0.2 m does not."""
     search.write("good.yaml", CAREFUL)

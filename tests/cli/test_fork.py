@@ -18,6 +18,7 @@ from bt_mission.executive.stored_trace import read_trace
 from tests.support.command_line import CommandLine
 from tests.support.project import ROOT
 from tests.support.recordings import edited, with_facts
+from tests.support.thorough import sample
 
 MISSION = """\
 mission: to the wall and back
@@ -270,6 +271,7 @@ def test_a_mission_that_begins_otherwise_is_refused(
     assert expected in error
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_shown_recording_is_forked_beside_it(
     run: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -326,32 +328,39 @@ def test_a_fault_that_never_begins_after_the_fork_fails_it(run: Path, cli: Comma
 
 @pytest.mark.parametrize(
     ("recorded", "words", "expected"),
-    [
-        (
-            "run",
-            "--at 1 --set sped=1",
-            "unknown variable 'sped' (the mission's: speed, angle, way); did you mean 'speed'?",
-        ),
-        ("run", "--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
-        ("run", "--at 999", "--at 999: the run ends at "),
-        ("run", "--sweep-at --set speed=0.1", "there is nothing to save"),
-        (
-            "run",
-            "--at 2 --fault 'at 1.5: drop scan'",
-            "--fault:1:4: error: it begins before the fork, which is at 2.00",
-        ),
-        (
-            "run",
-            "--at 2 --fault 'when speed > 0.1: drop scan'",
-            "differs from the recording before 2.00 s",
-        ),
-        ("run", "--at 2 --fault 'at 3: drp scan'", "did you mean 'drop'?"),
-        ("fleet", "--at 1 --set speed=0.2", "name the robot to change with --robot: one, two"),
-        ("fleet", "--at 1 --robot tow", "contains no mission of a robot 'tow' (robots: one, two)"),
-        ("fleet", "--at 99 --robot one", "--at 99: the run ends at"),
-        ("fleet", "--at 1 --robot one --set speed=1", "unknown variable 'speed'"),
-        ("fleet", "--at 1 --video x.mp4", "--video does not apply to fleets: "),
-    ],
+    sample(
+        [
+            (
+                "run",
+                "--at 1 --set sped=1",
+                "unknown variable 'sped' (the mission's: speed, angle, way); did you mean 'speed'?",
+            ),
+            ("run", "--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
+            ("run", "--at 999", "--at 999: the run ends at "),
+            ("run", "--sweep-at --set speed=0.1", "there is nothing to save"),
+            (
+                "run",
+                "--at 2 --fault 'at 1.5: drop scan'",
+                "--fault:1:4: error: it begins before the fork, which is at 2.00",
+            ),
+            (
+                "run",
+                "--at 2 --fault 'when speed > 0.1: drop scan'",
+                "differs from the recording before 2.00 s",
+            ),
+            ("run", "--at 2 --fault 'at 3: drp scan'", "did you mean 'drop'?"),
+            ("fleet", "--at 1 --set speed=0.2", "name the robot to change with --robot: one, two"),
+            (
+                "fleet",
+                "--at 1 --robot tow",
+                "contains no mission of a robot 'tow' (robots: one, two)",
+            ),
+            ("fleet", "--at 99 --robot one", "--at 99: the run ends at"),
+            ("fleet", "--at 1 --robot one --set speed=1", "unknown variable 'speed'"),
+            ("fleet", "--at 1 --video x.mp4", "--video does not apply to fleets: "),
+        ],
+        4,
+    ),
 )
 def test_a_change_that_does_not_fit_is_refused(
     request: pytest.FixtureRequest, cli: CommandLine, recorded: str, words: str, expected: str
@@ -482,6 +491,7 @@ def test_the_code_of_python_leaves_is_not_run_unasked(cli: CommandLine) -> None:
     assert cli.json("fork run.mcap --at 0 --import-python")["is_identical"]
 
 
+@pytest.mark.thorough
 def test_the_last_instant_that_saves_a_mission(late: Path, cli: CommandLine) -> None:
     """The variable is read when the drive begins: not a control step later."""
     sweep = cli.json(f"fork {late} --sweep-at --set speed=0.1 --record saved.mcap")
@@ -503,6 +513,7 @@ def test_a_sweep_says_what_it_has_tried(late: Path, cli: CommandLine) -> None:
     assert "such instants were skipped (--tries). The others were not tried" in lines[3]
 
 
+@pytest.mark.thorough
 def test_without_a_change_the_same_happens_again_to_every_robot(
     fleet: Path, cli: CommandLine
 ) -> None:
@@ -516,6 +527,7 @@ def test_without_a_change_the_same_happens_again_to_every_robot(
         assert again == fleet.with_name(f"run.{robot}.jsonl").read_bytes()
 
 
+@pytest.mark.thorough
 def test_the_run_of_one_robot_is_changed(fleet: Path, cli: CommandLine) -> None:
     """It is shown first, then those of the others."""
     lines = cli.lines(f"fork {fleet} --robot two --at 0.5 --set speed=0.2")
@@ -528,6 +540,7 @@ def test_the_run_of_one_robot_is_changed(fleet: Path, cli: CommandLine) -> None:
     assert fork["others"][0]["forked"]["status"] == "success"
 
 
+@pytest.mark.thorough
 def test_another_version_of_a_mission_and_the_last_instant(fleet: Path, cli: CommandLine) -> None:
     """Both are those of the robot that is named."""
     cli.write("edited.yaml", DRIVES.replace("0.1", "0.2"))
@@ -539,6 +552,7 @@ def test_another_version_of_a_mission_and_the_last_instant(fleet: Path, cli: Com
     assert 0.9 < sweep["last"]["at_s"] < sweep["next"]["at_s"] < 1.2
 
 
+@pytest.mark.thorough
 def test_a_fork_of_a_fleet_is_a_recording_of_all_robots(fleet: Path, cli: CommandLine) -> None:
     """It names its fleet, and cannot be forked itself."""
     words = "--robot two --at 0.5 --set speed=0.2 --record forked.mcap"

@@ -23,6 +23,7 @@ from bt_mission.core.interrupts import SAME_WISH_S
 from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL, command
 from tests.support.processes import PATIENCE_S, read_until, started
+from tests.support.thorough import sample
 
 pytestmark = pytest.mark.process
 
@@ -283,6 +284,7 @@ def test_a_mission_goes_on_after_its_process_was_killed(
     assert "this mission has ended: success; start it again" in end
 
 
+@pytest.mark.thorough
 def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     """A robot on the same network would otherwise drive along."""
     context = rclpy.Context()
@@ -312,6 +314,7 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     assert results == [False, True]
 
 
+@pytest.mark.thorough
 def test_goals_are_compared_with_the_limits_of_servers_that_run(start: Start, write: Write) -> None:
     """Of another robot, and of a parameter file; without the option, the mission's robot counts."""
     mission = write(
@@ -460,6 +463,7 @@ def test_a_mission_for_one_robot_of_two(start: Start, write: Write, tmp_path: Pa
     ended(sim, 0, signal.SIGINT)
 
 
+@pytest.mark.thorough
 def test_a_mission_is_served_when_the_reader_of_the_output_has_left(
     start: Start, write: Write, tmp_path: Path
 ) -> None:
@@ -486,7 +490,7 @@ approvers: ["AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="]
 
 
 @pytest.mark.parametrize(
-    ("words", "output"), [("actions list --json", "[]\n"), ("mcp --site {site}", "")]
+    ("words", "output"), sample([("actions list --json", "[]\n"), ("mcp --site {site}", "")], 2)
 )
 def test_what_libraries_print_is_not_in_the_output(write: Write, words: str, output: str) -> None:
     """Fast DDS prints errors to standard output, here for want of room in shared memory."""
@@ -503,7 +507,7 @@ def test_what_libraries_print_is_not_in_the_output(write: Write, words: str, out
     assert "RTPS" in ended.stderr
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], 2))
 def test_a_signal_during_the_job_of_an_agent_leaves_no_files(
     write: Write, tmp_path: Path, number: signal.Signals
 ) -> None:

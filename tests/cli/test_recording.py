@@ -14,6 +14,7 @@ from bt_mission.testing.live_graph import LiveGraph
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recorded_runs import messages_for_others
+from tests.support.thorough import sample
 
 WAIT = "mission: short\ntree: {wait: 0.5}\n"
 DRIVE = "mission: drive\ntree: {turn: {angle: 90}, timeout: 30}\n"
@@ -53,11 +54,19 @@ def test_a_report_that_fails_hides_no_outcome(
 @pytest.mark.usefixtures("mission")
 @pytest.mark.parametrize(
     ("option", "file", "limit", "words"),
-    [
-        ("--record", "run.mcap", 8000, "  recorded to run.mcap; it lacks everything after 0.0 s"),
-        ("--trace", "t.jsonl", 200, "  trace in t.jsonl; it lacks everything after 0.1 s"),
-        ("--report", "run.html", 8000, "  no report: "),
-    ],
+    sample(
+        [
+            (
+                "--record",
+                "run.mcap",
+                8000,
+                "  recorded to run.mcap; it lacks everything after 0.0 s",
+            ),
+            ("--trace", "t.jsonl", 200, "  trace in t.jsonl; it lacks everything after 0.1 s"),
+            ("--report", "run.html", 8000, "  no report: "),
+        ],
+        4,
+    ),
 )
 def test_a_full_disk_is_reported_at_the_end(option: str, file: str, limit: int, words: str) -> None:
     """The mission itself succeeds; what was asked for did not."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from bt_mission.testing.live_graph import LiveGraph
 from tests.support.command_line import CommandLine
 
@@ -42,6 +44,7 @@ def test_a_running_mission_is_revised_by_another_process(
     assert '{"is_applied": false' in nobody.output
 
 
+@pytest.mark.thorough
 def test_places_are_those_of_the_world_that_runs(cli: CommandLine, live_graph: LiveGraph) -> None:
     """It is named with --world, and the file that is sent names none that this folder has."""
     cli.write("w.yaml", "name: w\nsize: [6, 6]\nzones: [{name: Q, x: 0.5, y: 0.5, radius: 0.2}]\n")

@@ -134,6 +134,7 @@ def test_a_reset_in_the_middle_of_a_mission_and_between_two(live_graph, tool):
     assert not [started.name for started in live_graph.processes if "Traceback" in started.output]
 
 
+@pytest.mark.thorough
 def test_a_mission_waits_while_the_simulation_is_paused(live_graph, tool):
     """For longer than an executive waits for a clock that is gone; nothing fails."""
     simulator, servers = live_graph.robot("empty_arena", "waffle", "--no-camera")

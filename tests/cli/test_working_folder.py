@@ -22,6 +22,7 @@ from bt_mission.core.python_process import python_environment, safe_processes
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.agents import SITE
 from tests.support.processes import PATIENCE_S, read_until
+from tests.support.thorough import sample
 
 pytestmark = pytest.mark.process
 
@@ -161,7 +162,7 @@ def calls_of_an_agent(process: subprocess.Popen[str]) -> None:
 ACTS: Mapping[str, Callable[[str], None]] = {"edit": asks_of_the_page}
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", sample(COMMANDS, 4))
 def test_no_command_executes_a_module_beside_its_files(
     name: str, tmp_path: Path, marks: Path
 ) -> None:

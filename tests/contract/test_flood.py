@@ -17,6 +17,7 @@ PERIOD_NS = 50_000_000
 MANY = 300
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["turn"])
 def test_goals_beyond_the_limit_are_rejected_at_once(bench: Any, name: str) -> None:
     """Each with an answer; after ten seconds goals are accepted again."""

@@ -106,7 +106,7 @@ def test_goals_that_do_not_drive_are_limited_in_number(make_bench, beside):
     assert following.accepted is True
 
 
-@pytest.mark.parametrize("name", sample(SERVED, every=3))
+@pytest.mark.parametrize("name", sample(SERVED, every=5))
 def test_goals_in_a_burst_end_each_exactly_once(bench, name):
     """From two clients at one instant; each is answered.
 

@@ -9,6 +9,7 @@ import pytest
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.file_index import LISTED, files_of, find_listed, list_files
 from bt_mission.core.files import Kind, fleets, names, scenarios
+from tests.support.thorough import sample
 
 TREE = "tree: {wait: 1}\n"
 
@@ -28,7 +29,7 @@ def write(path: str, text: str) -> Path:
     return file
 
 
-@pytest.mark.parametrize("kind", LISTED)
+@pytest.mark.parametrize("kind", sample(LISTED, 9))
 def test_every_shipped_file_is_listed_with_a_line(kind: Kind) -> None:
     """By the name that commands take."""
     files = list_files(kind)

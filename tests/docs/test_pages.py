@@ -93,6 +93,7 @@ def test_the_fleet_is_the_shipped_one() -> None:
     assert read_text(text).data == read(files.find("missions", FLEET)).data
 
 
+@pytest.mark.thorough
 def test_the_output_of_the_fleet_is_that_of_a_run(capsys: pytest.CaptureFixture[str]) -> None:
     """Apart from wall time."""
     shown = next(block for block in blocks(FLEETS, "") if block.startswith("two wanderers in"))
@@ -103,6 +104,7 @@ def test_the_output_of_the_fleet_is_that_of_a_run(capsys: pytest.CaptureFixture[
     assert out.endswith(WALL_TIME.sub("in W (F x", last))
 
 
+@pytest.mark.thorough
 def test_the_code_for_fleets_works(tmp_path: Path) -> None:
     """As it stands there."""
     test, steps = blocks(FLEETS, "python")

@@ -25,6 +25,7 @@ RESULTS = (
 )
 
 
+@pytest.mark.thorough
 def test_pages_are_built_and_found(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """Without a warning; the right page is among the first three for every question."""
     site = tmp_path / "x"

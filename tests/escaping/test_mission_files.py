@@ -30,6 +30,7 @@ from tests.support.hostile import (
     leaks,
     markup_leaks,
 )
+from tests.support.thorough import sample
 
 PRINTABLE = f"{MARK}{MARKUP}\u3164\u115f"
 """What names may hold: everything in it is printable by Python's measure."""
@@ -141,7 +142,7 @@ def said_of(mission: dict[str, Any]) -> str:
     return "\n".join(written)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", sample(KINDS, 5))
 def test_nodes(kind, tmp_path, monkeypatch):
     """What is said of each key of each kind of node; what is accepted is drawn, too."""
     monkeypatch.chdir(tmp_path)

@@ -205,6 +205,7 @@ def planned_faults(draw: st.DrawFn) -> PlannedFault:
     return PlannedFault(begins, kind.name, arguments, lasting)
 
 
+@pytest.mark.thorough
 @given(planned_faults())
 def test_what_is_written_of_a_fault_is_read_as_the_same(fault: PlannedFault) -> None:
     """Unless the fault itself refuses the figures."""

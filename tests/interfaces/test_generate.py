@@ -28,6 +28,7 @@ generate.generate(package, pathlib.Path("fast").resolve())
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*|\s+", re.DOTALL)
 
 
+@pytest.mark.thorough
 def test_remembered_texts_give_the_same_sources(tmp_path: Path) -> None:
     """A message, an action and a service's worth of templates, but for comments of C."""
     package = ROOT / "interfaces" / "example_interfaces"

@@ -103,6 +103,7 @@ tree:
 """
 
 
+@pytest.mark.thorough
 def test_a_mission_of_all_of_them_succeeds_with_our_servers(stage: Any) -> None:
     """Goals, limits, conditions on feedback, outputs."""
     run = stage.run(MISSION, seed=3)

@@ -156,13 +156,13 @@ GOALS = (
 @pytest.mark.parametrize(
     ("text", "accepted"),
     [
-        pytest.param(SETS, True, id="sets"),
-        pytest.param(CHILDREN, False, id="children"),
+        pytest.param(SETS, True, id="sets", marks=pytest.mark.thorough),
+        pytest.param(CHILDREN, False, id="children", marks=pytest.mark.thorough),
         pytest.param(INPUTS, False, id="inputs"),
         pytest.param(NUMBERS, False, id="numbers"),
-        pytest.param(NOTHINGS, False, id="nothings"),
+        pytest.param(NOTHINGS, False, id="nothings", marks=pytest.mark.thorough),
         pytest.param(INCLUDES, False, id="includes"),
-        pytest.param(DRAWS, True, id="draws"),
+        pytest.param(DRAWS, True, id="draws", marks=pytest.mark.thorough),
         pytest.param(GOALS, True, id="goals"),
     ],
 )

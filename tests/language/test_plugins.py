@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.language.plugins import PythonError, find_class
+from tests.support.thorough import sample
 
 MODULE = """
 from py_trees.behaviour import Behaviour
@@ -140,13 +141,16 @@ CHARGE = Action(
 
 @pytest.mark.parametrize(
     ("goal", "expected"),
-    [
-        (
-            "{angle: 100}",
-            "got 100: the server of charge refuses that (limit: the charger)",
-        ),
-        ("30", "write 'charge: {angle: 30}'"),
-    ],
+    sample(
+        [
+            (
+                "{angle: 100}",
+                "got 100: the server of charge refuses that (limit: the charger)",
+            ),
+            ("30", "write 'charge: {angle: 30}'"),
+        ],
+        4,
+    ),
 )
 def test_a_declared_action_is_checked_as_ours(installed: Path, goal: str, expected: str) -> None:
     """By its limits, and a value without its field is recognized by the example."""

@@ -228,6 +228,7 @@ def test_a_stopped_mission_terminates_its_leaves(ros: Any) -> None:
     assert {behaviour.status for behaviour in node.executive.nodes} == {Status.INVALID}
 
 
+@pytest.mark.thorough
 def test_timeouts_are_of_ros_time(ros: Any) -> None:
     """BehaviorTree.CPP#781, py_trees_ros#147: an hour of it passes in a blink of the wall."""
     _, node = ros.turning("mission: m\ntree:\n  turn: {angle: 90}\n  timeout: 3600\n")
@@ -298,6 +299,7 @@ def test_a_parallel_says_what_becomes_of_the_rest(ros: Any) -> None:
     assert node.executive.mission_state.status == "success"
 
 
+@pytest.mark.thorough
 def test_big_trees_cost_what_runs(ros: Any) -> None:
     """BehaviorTree.CPP#550, ros2_planning_system#293: 10,000 nodes, of which a tick visits three.
 

@@ -63,6 +63,7 @@ def test_others_read_every_message_of_each_mission(record: Callable[..., Any], n
     assert times[0] == S
 
 
+@pytest.mark.thorough
 def test_mcap_ros2_support_reads_every_message(record: Callable[..., Any]) -> None:
     """As it is: goals, results, cancels and feedback among them."""
     run = record("explore")
@@ -216,7 +217,9 @@ def test_qos_is_written_as_rosbag2_does(record: Callable[..., Any]) -> None:
 
 
 @pytest.mark.egl
-@pytest.mark.parametrize(("camera", "topic"), [("compressed", "/compressed"), ("raw", "")])
+@pytest.mark.parametrize(
+    ("camera", "topic"), sample([("compressed", "/compressed"), ("raw", "")], 9)
+)
 def test_pictures_are_recorded_on_demand(
     record: Callable[..., Any], camera: str, topic: str
 ) -> None:

@@ -203,6 +203,7 @@ def test_bad_recordings_are_refused(
     assert not (tmp_path / "case").exists()
 
 
+@pytest.mark.thorough
 def test_poses_of_odometry_that_drifts_are_corrected_by_scans(tmp_path: Path) -> None:
     """Without a map, walls are straight although the wheels count wrong."""
     bag = recorded(tmp_path, "at 0.0: odometry_drift turn 4")
@@ -282,6 +283,7 @@ def test_a_lidar_is_frozen_if_new_scans_repeat_the_last(
     assert [each.fault.text for each in diagnosis.faults] == faults
 
 
+@pytest.mark.thorough
 def test_a_search_without_optuna_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

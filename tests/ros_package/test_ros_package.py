@@ -120,6 +120,7 @@ def test_what_pip_installs_beside_ros_is_what_the_project_needs(extra: str | Non
     assert lines[1:] == [each for each in needed if not each.startswith("ros-")]
 
 
+@pytest.mark.thorough
 def test_the_manifest_names_each_ros_package_that_is_imported() -> None:
     """So `rosdep` installs them all."""
     named = {each.text for each in MANIFEST.iter("exec_depend")}

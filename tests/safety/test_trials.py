@@ -62,6 +62,7 @@ def test_nothing_runs_into_an_exploring_robot(benchmark: Any, world: str) -> Non
     assert outing.driven_m > 4.0
 
 
+@pytest.mark.thorough
 def test_what_moves_runs_into_a_robot_that_does_not_give_way(benchmark: Any) -> None:
     """It was seen, and a robot that knows how things move could have avoided it."""
     outing = benchmark("safety_movers").outing("dqn_stage3", 1, 40, 0.5, False)

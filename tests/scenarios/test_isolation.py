@@ -8,6 +8,8 @@ import subprocess
 import sys
 from typing import Any
 
+import pytest
+
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.testing.live_graph import own_domain
 from tests.support import side_by_side
@@ -33,6 +35,7 @@ def found_by(count: int) -> dict[str, Any]:
     return data
 
 
+@pytest.mark.thorough
 def test_no_simulation_finds_another_or_is_found(tmp_path):
     """Each has its own nodes, publishers and readers; two visible processes have each other.
 

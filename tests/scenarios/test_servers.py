@@ -126,8 +126,8 @@ def test_a_run_without_a_goal_for_an_answer_does_not_pass(
     for result in (run_scenario(scenario), stage.run_scenario(scenario)):
         assert result.report.conclusion[0] == ("untested" if what else "success")
         assert result.report.untested == ((what,) if what else ())
-        told = [f"s.scenario.yaml:{place}: error: not tested: {what}"] if what else []
-        assert [each.headline.partition("; ")[0] for each in result.differences] == told
+        errors = [f"s.scenario.yaml:{place}: error: not tested: {what}"] if what else []
+        assert [each.headline.partition("; ")[0] for each in result.differences] == errors
 
 
 @pytest.mark.parametrize(

@@ -215,6 +215,7 @@ def test_what_it_cannot_reach_is_listed(base: BaseScenario) -> None:
     assert not state.is_interrupted
 
 
+@pytest.mark.thorough
 def test_on_the_command_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -31,6 +31,7 @@ tree:
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("strategy", sample(STRATEGIES, every=2))
 def test_each_strategy_maps_another_world_without_collision(stage: Any, strategy: str) -> None:
     """In half a minute half of an arena of low walls, and never a touch."""
@@ -63,6 +64,7 @@ def test_a_run_with_a_mapper_repeats(stage: Any) -> None:
     assert maps[0].stamp == maps[1].stamp
 
 
+@pytest.mark.thorough
 def test_what_was_explored_can_be_navigated(stage: Any) -> None:
     """Frontiers until none is left, then to a place behind two walls, by the map just made."""
     run = stage.run(EXPLORE_THEN_GO)
@@ -76,6 +78,7 @@ def test_what_was_explored_can_be_navigated(stage: Any) -> None:
     assert visited >= 1
 
 
+@pytest.mark.thorough
 def test_frontiers_leave_no_floor_unknown(stage: Any) -> None:
     """Nearly all the floor there is; and nothing that is wall is taken for floor."""
     run = stage.run("explore_frontiers", world="dqn_stage4")

@@ -111,6 +111,7 @@ def test_a_mission_that_maps_is_refused(fleet):
         fleet(FleetRobot("robot1", maps))
 
 
+@pytest.mark.thorough
 def test_robots_see_each_other(fleet):
     """One that stands in the way of the other is an obstacle like any other."""
     driver = FleetRobot("robot1", legs(count=1), x=-1.2)

@@ -17,7 +17,7 @@ from tests.support.paths import path_length
 from tests.support.thorough import sample
 
 CONTROL_STEP_S = 0.05
-EACH_TIME = ("explore", "fetch", "patrol", "square", "sweep")
+EACH_TIME = ("explore", "square", "sweep")
 """Without `--thorough`; the other strategies of exploration are in test_exploration.py."""
 
 
@@ -50,6 +50,7 @@ def test_each_mission_succeeds_without_collision_and_leaves_no_goal_behind(
     WITH_MORE.get(name, lambda *_: None)(run, tmp_path)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", sample([1, 2, 3], every=3))
 def test_no_leg_of_explore_is_longer_than_two_metres_and_the_way_to_stop(
     stage: Any, seed: int
@@ -164,6 +165,7 @@ def pauses(run: Any) -> list[str]:
     return [event["text"] for event in run.events("log")]
 
 
+@pytest.mark.thorough
 def test_the_cube_is_laid_down_at_home_twice_the_same(stage: Any) -> None:
     """On the mark, upright, without a collision; both runs have one trace."""
     runs = [fetched(stage) for _ in range(2)]
@@ -176,6 +178,7 @@ def test_the_cube_is_laid_down_at_home_twice_the_same(stage: Any) -> None:
     assert runs[0][1] == runs[1][1]
 
 
+@pytest.mark.thorough
 def test_a_gripper_that_closes_on_nothing_searches_further(stage: Any) -> None:
     """The cube lies 6 cm further than the mission takes it: the third attempt holds it."""
     run, cube = fetched(stage, CUBE.replace("x: 1.0, y: 0.0, size", "x: 1.06, y: 0.0, size"))
@@ -184,6 +187,7 @@ def test_a_gripper_that_closes_on_nothing_searches_further(stage: Any) -> None:
     assert len([line for line in pauses(run) if "closed on nothing" in line]) == 2
 
 
+@pytest.mark.thorough
 def test_without_a_cube_the_mission_fails_and_leaves_no_goal(stage: Any) -> None:
     """After three attempts, with the arm up and the gripper open."""
     run, _ = fetched(stage, CUBE[: CUBE.index("objects:")])

@@ -35,6 +35,7 @@ def ran(tmp_path: Path, nature: Nature | None, seed: int = 1, text: str = MISSIO
     return stage
 
 
+@pytest.mark.thorough
 def test_the_same_draw_gives_the_same_run(tmp_path):
     """The seed alone decides; another seed or profile gives another run."""
     usual = Nature("usual")

@@ -167,6 +167,7 @@ requirements:
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("mission", "first", "later"),
     sample([("explore", "look around", "drive"), ("patrol", "visit the zones", "log")], every=2),

@@ -127,6 +127,7 @@ def test_bad_sweep(ran: Any, tmp_path: Any) -> None:
     assert [path for path in tmp_path.iterdir() if path.is_dir()] == []
 
 
+@pytest.mark.thorough
 def test_two_metres(ran: Any) -> None:
     """No goal drives further than 2 m, one control step and the way to stop."""
     run = ran("two_metres")
@@ -140,6 +141,7 @@ def test_two_metres(ran: Any) -> None:
     assert all(output.count(" m") == 2 for output in run.log)
 
 
+@pytest.mark.thorough
 def test_informed_turn(ran: Any) -> None:
     """Each turn is away from the object that ended the drive before it."""
     run = ran("informed_turn")
@@ -175,6 +177,7 @@ def test_pictures_while_moving(ran: Any) -> None:
     assert run.stage.runs[0].distance_travelled_m == pytest.approx(0.05 * 5, abs=0.03)
 
 
+@pytest.mark.thorough
 def test_waypoint_tour(ran: Any) -> None:
     """Within 0.25 m of each marker when it is said to be there."""
     run = ran("waypoint_tour")

@@ -12,6 +12,7 @@ from bt_mission.core.robot.model import load_robot
 from sim.world.loader import load_world, unseen
 from sim.world.world import World
 from tests.support.simulated import alone
+from tests.support.thorough import sample
 
 ARENAS = {
     "empty_arena": 3.84,
@@ -187,7 +188,9 @@ def reached(world: World, clearance: float, step: float = 0.05) -> Callable[[flo
     )
 
 
-@pytest.mark.parametrize(("name", "clearance"), [("nav_arena", 0.4), ("turtlebot3_house", 0.4)])
+@pytest.mark.parametrize(
+    ("name", "clearance"), sample([("nav_arena", 0.4), ("turtlebot3_house", 0.4)], 4)
+)
 def test_waffle_reaches_every_zone_with_room_to_spare(name, clearance):
     """From the spawn a way leads to each centre on which nothing comes within 0.4 m."""
     world = load_world(name)

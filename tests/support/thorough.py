@@ -13,14 +13,16 @@ import pytest
 
 def sample(values: Iterable[Any], every: int) -> list[Any]:
     """Return parameters; without `--thorough` only the first of each `every` of them runs."""
-    return [
-        pytest.param(*_row(value), marks=pytest.mark.thorough if number % every else ())
-        for number, value in enumerate(values)
-    ]
+    return [_later(value) if number % every else value for number, value in enumerate(values)]
 
 
-def _row(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
+def _later(value: Any) -> Any:
+    """Return a parameter for thorough tests only."""
+    if isinstance(value, type(pytest.param())):
+        marks = (*value.marks, pytest.mark.thorough)
+        return pytest.param(*value.values, marks=marks, id=value.id)
+    row = value if isinstance(value, tuple) else (value,)
+    return pytest.param(*row, marks=pytest.mark.thorough)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -90,6 +90,7 @@ def test_a_page_in_the_old_voice_fails(tmp_path: Path, capsys: pytest.CaptureFix
     ]
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.skipif(shutil.which("npm") is None, reason="npm is not installed")
 def test_a_page_in_plain_words_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -214,7 +214,7 @@ def test_a_damaged_recording_that_says_nothing_is_a_finding(folder, monkeypatch)
             (f"len('x' * {(MEMORY_MB + 30) * 2**20})", f"more than {MEMORY_MB} MB"),
             (f"len('x' * {3 * MEMORY_MB * 2**20})", "MemoryError in bad_leaf.py:update"),
         ],
-        every=3,
+        every=9,
     ),
 )
 def test_a_finding_is_told_and_can_be_repeated(update, kind, tmp_path):

@@ -60,6 +60,7 @@ def test_a_script_runs_as_written(
     assert output in program.output
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_each_cell_of_the_notebook_runs_and_shows_its_value(tmp_path: Path) -> None:
     """In a kernel of its own; the shipped notebook has no outputs."""

@@ -57,7 +57,7 @@ MEETINGS: dict[str, tuple[Callable[[RobotModel], Maneuver], Callable[[float], Co
 }
 
 
-@pytest.mark.parametrize(("meeting", "speed"), sample(itertools.product(MEETINGS, SPEEDS), every=2))
+@pytest.mark.parametrize(("meeting", "speed"), sample(itertools.product(MEETINGS, SPEEDS), every=6))
 def test_what_moves_does_not_run_into_a_robot_that_has_room(waffle, meeting, speed):
     """Whatever side it comes from; the goal goes on afterwards, or has succeeded."""
     maneuver, course = MEETINGS[meeting]
@@ -124,6 +124,7 @@ def test_a_base_that_is_held_does_not_move(waffle):
     assert (world.base.x, world.base.y, world.base.yaw) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.thorough
 def test_one_goal_gives_way_so_far_and_no_farther(waffle):
     """What follows it for ever does not drive it through the world: give_way_distance."""
     world = MovingWorld(waffle, [Mover(Drifting((-1.5, 0.0), (0.2, 0.0)))], [])
@@ -134,10 +135,13 @@ def test_one_goal_gives_way_so_far_and_no_farther(waffle):
 
 @pytest.mark.parametrize(
     ("distance", "codes", "course"),
-    [
-        (1.5, DRIVE_ON_HEADING, Drifting((1.2, 2.5), (-0.1, -0.4))),
-        (-1.5, BACK_UP, Drifting((-1.2, 1.5), (0.0, -0.2))),
-    ],
+    sample(
+        [
+            (1.5, DRIVE_ON_HEADING, Drifting((1.2, 2.5), (-0.1, -0.4))),
+            (-1.5, BACK_UP, Drifting((-1.2, 1.5), (0.0, -0.2))),
+        ],
+        4,
+    ),
     ids=["ahead", "back"],
 )
 def test_a_straight_drive_makes_up_for_the_way_it_gave_up(waffle, distance, codes, course):
@@ -162,7 +166,7 @@ def test_a_goal_with_a_time_ends_in_time(waffle):
 
 @pytest.mark.parametrize(
     ("linear", "rate", "turn_s"),
-    sample(itertools.product([0.26, 0.0], [1.82, 0.0, 0.3, 1.0], [0.2, 0.0]), every=3),
+    sample(itertools.product([0.26, 0.0], [1.82, 0.0, 0.3, 1.0], [0.2, 0.0]), every=9),
 )
 def test_nothing_that_stands_still_is_given_way_to(robot, linear, rate, turn_s):
     """Walls, corners and posts, with noise, while the robot drives and turns at any speed."""

@@ -79,6 +79,7 @@ def test_an_unknown_cell_is_no_obstacle_but_is_not_known():
     assert measured.clearance_of(0.075, 0.025) == 1000.0
 
 
+@pytest.mark.thorough
 @given(masks, st.randoms())
 def test_marks_count_as_if_they_were_on_the_map(mask, random):
     """A survey with marks equals the survey of a map that has them."""

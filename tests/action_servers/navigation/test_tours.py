@@ -14,6 +14,7 @@ from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.through_poses import NavigateThroughPoses
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D
+from tests.support.thorough import sample
 
 ROOM = """
     ############
@@ -130,10 +131,13 @@ def test_poses_are_visited_in_turn(tour):
 
 @pytest.mark.parametrize(
     ("poses", "options", "expected"),
-    [
-        ([RIGHT, LEFT], {"loops": 1}, [0, 1, 0, 1]),
-        ([RIGHT, TOP, LEFT], {"first": 2, "loops": 1}, [2, 0, 1, 2]),
-    ],
+    sample(
+        [
+            ([RIGHT, LEFT], {"loops": 1}, [0, 1, 0, 1]),
+            ([RIGHT, TOP, LEFT], {"first": 2, "loops": 1}, [2, 0, 1, 2]),
+        ],
+        2,
+    ),
     ids=["loops", "first"],
 )
 def test_loops_are_rounds_after_the_first_which_may_begin_in_the_middle(

@@ -57,6 +57,7 @@ def test_what_is_not_installed_is_named(tmp_path: Path, type_name: str, missing:
         Definitions([tmp_path]).of(type_name)
 
 
+@pytest.mark.thorough
 def test_an_independent_parser_reads_every_definition_that_is_installed_here() -> None:
     """Messages, and what services and actions are made of."""
     names = [

@@ -45,7 +45,7 @@ def forked(
     ("name", "inputs", "profile"),
     sample(
         [("square", {"side": 0.4}, "usual"), ("explore", {}, "none"), ("sweep", {}, "harsh")],
-        every=3,
+        every=9,
     ),
 )
 def test_the_same_happens_again_wherever_it_is_forked(
@@ -94,6 +94,7 @@ def test_the_files_of_a_model_stay_in_a_folder_that_goes_with_them() -> None:
     assert not folder.exists()
 
 
+@pytest.mark.thorough
 def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
     """So that a search goes on."""
     recorded_run(load(find("missions", "square")), tmp_path / "run.mcap")

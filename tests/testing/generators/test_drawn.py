@@ -36,6 +36,7 @@ def test_what_is_drawn_from_a_seed_is_sound(seed: int, tmp_path: Path) -> None:
     assert diagnostics is not None, faults
 
 
+@pytest.mark.thorough
 def test_the_simplest_world_and_mission() -> None:
     """What hypothesis ends up with when nothing matters."""
     world = find(worlds(), lambda _: True)

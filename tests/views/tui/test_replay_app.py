@@ -231,6 +231,7 @@ async def test_leaving(screen: Replayed, key: str) -> None:
     assert screen.app._exit
 
 
+@pytest.mark.thorough
 def test_a_fork_at_the_shown_instant_is_shown_instead(tmp_path: Path) -> None:
     """With what was typed as its change; the replay stands still meanwhile."""
     forks: list[tuple[Path, float, list[str]]] = []

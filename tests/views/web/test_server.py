@@ -132,6 +132,7 @@ async def test_nonsense_ends_the_connection_with_a_reason(
         assert executive.commands == []
 
 
+@pytest.mark.thorough
 @served
 async def test_a_million_messages_are_cut_short(
     server: WebServer, executive: ScriptedExecutive

@@ -192,6 +192,7 @@ def play(chromium: Page, tmp_path: Path) -> Callable[..., None]:
     return play
 
 
+@pytest.mark.thorough
 @played("play")
 async def test_the_mission_of_the_readme_by_graphical_acts(editor: Editor) -> None:
     """From an empty file, by the tree and the form: the text is as a person writes it."""
