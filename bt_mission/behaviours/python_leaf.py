@@ -235,5 +235,5 @@ def _made(node: PythonNode, values: Evaluator) -> Behaviour:
         raise MissionFailure(f"{values.place}: {error}") from error
     except Exception as error:
         raise MissionFailure(
-            f"{values.place}: {kind.__name__}({node.label!r}) raised {described(error)}"
+            f"{values.place}: {kind.__name__}({node.label!r}) raised {described(error, kind)}"
         ) from error

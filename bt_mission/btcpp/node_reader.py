@@ -89,12 +89,15 @@ class TreePorts:
                 self._declare_port(element, name, reporter)
         else:
             message = f"expected input_port, output_port or MetadataFields, got <{element.tag}>"
-            report(
-                "BT-1202",
-                element.at,
-                message,
-                "a port of a tree is either an input or an output",
-            )
+            hint = "a port of a tree is either an input or an output"
+            if element.tag == "inout_port" and "name" in attributes:
+                name = attributes["name"]
+                hint = f"write <input_port> if the tree only reads {quoted(name.value)}, "
+                hint += "<output_port> if it writes it; a tree that does both needs two ports"
+                at = name.value_at
+                self.inputs[name.value] = "list"  # so that its uses are not refused as well
+                self.sections["needs"][name.value] = (name.value, at, located("list", at))
+            report("BT-1202", element.at, message, hint)
 
     def _declare_port(self, element: Element, name: Attribute, reporter: Reporter) -> None:
         attributes, report = element.attributes, reporter.report

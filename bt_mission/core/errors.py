@@ -44,21 +44,47 @@ class NotThereError(BtMissionError):
     code = "BT-901"
 
 
-def described(error: BaseException) -> str:
-    """Return an exception in one line, with the innermost place in a user's code, or of all."""
+def described(error: BaseException, called: Any = None) -> str:
+    """Return an exception in one line, with the innermost place in a user's code, or of all.
+
+    Args:
+        called: The function or class of a user that was called: its place, where no frame of
+            theirs has raised, as for a wrong number of arguments; empty for no place then.
+    """
     at = [
         (frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)
     ]
+    text = str(error)
+    theirs = [entry for entry in at if owner_of(entry[0]) == "user"]
     place = ""
-    if at:
-        file, line = ([entry for entry in at if owner_of(entry[0]) == "user"] or at)[-1]
-        place = f" ({Path(file).name}:{line})"
-    text = f": {error}" if str(error) else ""
-    return f"{type(error).__name__}{text}{place}"
+    if isinstance(error, SyntaxError) and error.filename:
+        text, place = error.msg, f"{Path(error.filename).name}:{error.lineno}"
+    elif called is not None and not theirs:
+        place = place_of(called)
+    elif at:
+        file, line = (theirs or at)[-1]
+        place = f"{Path(file).name}:{line}"
+    if _NO_LOOP in text:
+        text += "; rclpy has no loop of asyncio: await a future of rclpy, which a timer sets"
+    return type(error).__name__ + (f": {text}" if text else "") + (f" ({place})" if place else "")
+
+
+_NO_LOOP = "no running event loop"
 
 
 def place_of(function: Any) -> str:
-    """Return the file and line of a function, such as ``server.py:12``; empty if unknown."""
+    """Return the file and line of a function or class, such as ``server.py:12``.
+
+    It is empty if unknown. That of a class is its constructor's, if it has one.
+    """
+    if inspect.isclass(function):
+        function = vars(function).get("__init__", function)
+    if inspect.isclass(function):
+        try:
+            file = inspect.getsourcefile(function) or ""
+            return f"{Path(file).name}:{inspect.getsourcelines(function)[1]}"
+        except (OSError, TypeError):
+            return ""
     code = getattr(inspect.unwrap(function), "__code__", None)
     return f"{Path(code.co_filename).name}:{code.co_firstlineno}" if code else ""
 

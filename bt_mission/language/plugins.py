@@ -12,7 +12,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
-from bt_mission.core.errors import HintedError
+from bt_mission.core.errors import HintedError, described
 from bt_mission.core.user_files import load_file
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.permissions import is_within
@@ -190,4 +190,4 @@ def _is_behaviour(value: object) -> bool:
 
 
 def _why(error: BaseException) -> str:
-    return f"cannot be imported: {type(error).__name__}: {error}"
+    return f"cannot be imported: {described(error, '')}"

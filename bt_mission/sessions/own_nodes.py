@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from rclpy.action import ActionClient, ActionServer, get_action_server_names_and_types_by_node
 from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
 from bt_mission.core.diagnostics import InputError, quoted
-from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.interrupts import TookTooLong, interrupted_after
 from bt_mission.language.mission import NodeFactory
 from bt_mission.language.plugins import PythonError, find_factory
@@ -87,6 +88,18 @@ class OwnNodes:
                 node, node.get_name(), node.get_namespace()
             )
         )
+
+    def destroyed(self) -> Iterator[str]:
+        """Yield a line for each node that its own code has destroyed: nothing answers for it."""
+        for factory, _, node in self._made:
+            try:
+                with node.handle:
+                    pass
+            except InvalidHandle:
+                yield (
+                    f"the node of {name_of(factory)} was destroyed while it was needed "
+                    f"({place_of(type(node))}): leave out destroy_node(), which the stage calls"
+                )
 
     def refuse_names_of(self, others: Iterable[Node]) -> None:
         """Refuse nodes with the name of another node."""
@@ -165,7 +178,7 @@ def _called(factory: Factory, function: Callable[..., Any], options: dict[str, A
         _refuse(factory, message, "it must create and return the node; it may wait, not compute")
     except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
         hint = KEYWORDS if isinstance(error, TypeError) else _hint_for_commands(error)
-        _refuse(factory, f"{name_of(factory)} raised {described(error)}", hint)
+        _refuse(factory, f"{name_of(factory)} raised {described(error, function)}", hint)
 
 
 def _hint_for_commands(error: BaseException) -> str | None:

@@ -132,7 +132,7 @@ class Stage(Session):
             self.runs = self._make_runs(members, say, own.actions, made)
             for run in self.runs:
                 run.executive.started_ns = START_NS
-                run.executive.flaws = self._flaws
+                run.executive.flaws = lambda: (*self._flaws(), *own.destroyed())
             made.callback(self.clock.shutdown)
             stage_nature.delay(self.clock, self.runs, self._seed)
             self.clock.add_node(self.sim)

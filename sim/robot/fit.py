@@ -30,9 +30,22 @@ class SpawnError(BtMissionError):
 
 def off_floor(world: World, entrant: RobotSpawn, spawn: Spawn) -> SpawnError | None:
     """Return the error if a robot starts beside the floor of its world, or None."""
-    if world.has_floor_at(spawn.x, spawn.y):
-        return None
     length, width = world.size
+    if world.has_floor_at(spawn.x, spawn.y):
+        cos, sin = math.cos(math.radians(spawn.yaw)), math.sin(math.radians(spawn.yaw))
+        wheels = entrant.robot.drive.places
+        stands = all(
+            world.has_floor_at(spawn.x + x * cos - y * sin, spawn.y + x * sin + y * cos)
+            for x, y in wheels
+        )
+        if stands:
+            return None
+        return SpawnError(
+            f"a wheel of the {entrant.robot.name} at ({spawn.x:g}, {spawn.y:g},"
+            f" {spawn.yaw:g} deg) is beside {world.floor}; make the floor larger, or move the"
+            " spawn",
+            entrant.name,
+        )
     return SpawnError(
         f"({spawn.x:g}, {spawn.y:g}) is outside the world '{world.name}', which is"
         f" {length:g} m by {width:g} m around (0, 0)",

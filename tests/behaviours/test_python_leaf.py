@@ -56,6 +56,38 @@ def test_inputs_are_set_at_each_entry_and_outputs_read_at_the_end(play: Any) -> 
 
 
 @pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("    def __init__(self): ...\n    def update(self): ...\n", "2 were given (own.py:8)"),
+        ("    pass\n", "with abstract method update (own.py:7)"),
+    ],
+)
+def test_an_error_of_a_call_has_the_place_of_what_was_called(
+    play: Any, write: Any, code: str, message: str
+) -> None:
+    """No line of the user has raised it."""
+    write(f"class Mine(Behaviour):\n{code}")
+    with pytest.raises(BtMissionError) as caught:
+        play("  python: 'own.py:Mine'")
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("import nothing_there\n", "No module named 'nothing_there' (own.py:7)"),
+        ("x = (\n", "SyntaxError: '(' was never closed (own.py:7)"),
+    ],
+)
+def test_an_import_that_fails_has_its_place(play: Any, write: Any, code: str, message: str) -> None:
+    """In the file of the user."""
+    write(code)
+    with pytest.raises(BtMissionError) as caught:
+        play("  python: 'own.py:Mine'")
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
     ("declared", "value", "got"),
     [
         ("count: int = 0", "'seven'", "expected an integer, got string 'seven'"),

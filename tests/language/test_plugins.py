@@ -120,7 +120,7 @@ def test_a_module_that_ends_python_ends_only_itself(tmp_path: Path) -> None:
     (tmp_path / "script.py").write_text("import sys\nsys.exit('bye')\n", encoding="utf-8")
     with pytest.raises(PythonError) as caught:
         find_class("script.py:Blink", str(tmp_path / "mission.yaml"))
-    assert str(caught.value) == "script.py cannot be imported: SystemExit: bye"
+    assert str(caught.value) == "script.py cannot be imported: SystemExit: bye (script.py:2)"
 
 
 DECLARED = """

@@ -17,9 +17,10 @@ from bt_mission.sessions.check import examine
 from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
-from bt_mission.sessions.stage_checks import TOPICS, stage_problems
+from bt_mission.sessions.stage_checks import TOPICS, stage_problems, start_problem
 from bt_mission.sweeps.ranges import RangesFile
 from sim.sensors.kinds import sensors_of
+from sim.world.world import World
 from tests.support.project import ROOT
 
 WORLDS = sorted((ROOT / "worlds").glob("*.yaml"))
@@ -101,6 +102,15 @@ def test_a_start_outside_of_the_world_is_refused() -> None:
     assert (fault.line, fault.message) == (
         3,
         "(50, 0) is outside the world 'empty_arena', which is 4 m by 4 m around (0, 0)",
+    )
+
+
+def test_a_floor_smaller_than_the_robot_is_refused() -> None:
+    """Its wheels would be in the air beside it."""
+    why = start_problem(World(name="tiny", size=(0.1, 0.1)), load_robot("waffle"))
+    assert why == (
+        "a wheel of the waffle at (0, 0, 0 deg) is beside the floor of 0.1 m x 0.1 m around (0, 0)"
+        "; make the floor larger, or move the spawn"
     )
 
 

@@ -303,6 +303,28 @@ def test_no_code_ends_ros(tmp_path: Path, part: str, call: str) -> None:
     assert "[BT-913]" in report.reason
 
 
+def test_a_node_that_destroys_itself_is_named(tmp_path: Path) -> None:
+    """Nothing answers for it any more; the reason says why, and where its class is."""
+    path = written(tmp_path, "execute", "self.destroy_node()")
+    path.write_text(CALLS.replace("timeout: 60", "timeout: 1"), encoding="utf-8")
+    report = ran(path)
+    assert report.status == "failure"
+    words = "the node of server.py:Server was destroyed while it was needed (server.py:12): leave"
+    assert words in report.reason
+
+
+def test_a_callback_that_awaits_asyncio_is_told_of_rclpy(tmp_path: Path) -> None:
+    """Which has no loop of it, on the stage as elsewhere."""
+    path = written(tmp_path, "execute", "await asyncio.sleep(1)")
+    code = (tmp_path / "server.py").read_text(encoding="utf-8")
+    code = code.replace("def execute", "async def execute")
+    code = code.replace("import rclpy", "import asyncio, rclpy")
+    (tmp_path / "server.py").write_text(code, encoding="utf-8")
+    reason = ran(path).reason
+    assert "RuntimeError: no running event loop; rclpy has no loop of asyncio: await a " in reason
+    assert "(server.py:22)" in reason
+
+
 class Quit(BaseException):
     """Of a user."""
 

@@ -66,7 +66,7 @@ def _construction_diagnostics(
         with CONTAINED:
             kind(node.label)
     except Exception as error:  # noqa: BLE001 - whatever a user's code raises
-        message = f"{kind.__name__}({node.label!r}) raised {described(error)}"
+        message = f"{kind.__name__}({node.label!r}) raised {described(error, kind)}"
         yield document.diagnostic("BT-913", (*node.path, "python"), message)
 
 

@@ -311,7 +311,8 @@ class RequirementParser(ExpressionParser):
             if argument.kind != "text":
                 got = quoted(argument.text) if argument.text else "the end"
                 message = f"expected {_usage(token.text)}, got {got}"
-                raise ExpressionError("BT-601", message, argument.column, "quote names: 'scan'")
+                name = argument.text if argument.kind == "name" else "scan"
+                raise ExpressionError("BT-601", message, argument.column, f"quote names: '{name}'")
             arguments.append(argument.text[1:-1])
             if self.next.text != ")" and not self.takes(","):
                 raise ExpressionError("BT-601", "expected ',' or ')'", self.next.column)

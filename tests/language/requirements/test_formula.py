@@ -7,6 +7,7 @@ import re
 import pytest
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import Formula
 from bt_mission.sessions.load import load
 
@@ -60,3 +61,10 @@ def test_a_mapping_reads_back_from_its_text(then: str) -> None:
     again = Formula(requirement.text).root
     columns = re.compile(r"column=\d+|(?<=[<>=]', )\d+")
     assert columns.sub("", repr(again)) == columns.sub("", repr(requirement.root))
+
+
+def test_the_hint_of_a_name_without_quotes_quotes_that_name() -> None:
+    """It can be copied."""
+    with pytest.raises(ExpressionError) as caught:
+        Formula("always running(drive)")
+    assert caught.value.hint == "quote names: 'drive'"
