@@ -51,6 +51,8 @@ def begin(text: str, node: str) -> Edits:
 def append(text: str, key: str, item: str) -> Edits:
     """Put an item, given as YAML, at the end of the list of a key of the file."""
     source = Source(text)
+    if source.root.kind != "map" and not source.root.is_empty:
+        raise PatchError("expected keys with values at the top of the text")
     piece = Piece.of(item)
     parent = source.root.parts.get(key)
     if parent is None:
@@ -146,6 +148,8 @@ def set_field(text: str, path: Path, keys: Sequence[str], value: str | None) -> 
         path: Of the node; empty for the mission itself.
         keys: Lead to the field, such as `("turn", "angle")`.
     """
+    if not keys:
+        raise PatchError("expected a field")
     source = Source(text)
     if path:
         source.node(path)

@@ -147,9 +147,9 @@ class Source:
         self.root = read_spans(text)
 
     def node(self, path: Path) -> Span:
-        """Return the node at a path. Raises PatchError."""
+        """Return the node at a path, which is below the root. Raises PatchError."""
         span = self._reached(path)
-        if span is None or span.kind != "map":
+        if span is None or span.kind != "map" or not path:
             raise PatchError(f"there is no node at {dotted(path)}")
         return span
 
@@ -201,6 +201,8 @@ class Source:
 
     def insertion(self, target: Path, piece: Piece) -> Edits:
         """Return the edit that puts a node at a target. Raises PatchError."""
+        if not target:
+            raise PatchError("expected a place for a node, got the whole text")
         parent = self._reached(target[:-1])
         where = target[-1]
         if isinstance(where, str):

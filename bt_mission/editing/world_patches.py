@@ -30,6 +30,7 @@ _NEW = {
     "slippery": "x: {x}, y: {y}, radius: 0.4",
 }
 _UNITS = {"yaw": "deg"}
+_NOT_MOVED = "this cannot be moved on the map; edit the text"
 _WITHOUT_UNIT = ("name", "colour", "friction", "motion")
 
 
@@ -92,7 +93,8 @@ def add_thing(text: str, section: str, begin: Sequence[float], end: Sequence[flo
         return _moved_to(text, (SPAWN,), {"x": end[0], "y": end[1]})
     data = read_text(text).data
     things = data.get(section) if isinstance(data, Mapping) else None
-    taken = {each.get("name") for each in things or () if isinstance(each, Mapping)}
+    listed = things if isinstance(things, list) else ()
+    taken = [each.get("name") for each in listed if isinstance(each, Mapping)]
     word = SECTIONS[section][0]
     name = next(free for n in count(1) if (free := f"{word} {n}") not in taken)
     if section == "walls":
@@ -106,20 +108,30 @@ def add_thing(text: str, section: str, begin: Sequence[float], end: Sequence[flo
 
 def move_thing(text: str, path: Path, by: Sequence[float]) -> Edits:
     """Move a thing on the map by a way, m. Raises PatchError."""
-    data: Any = read_text(text).data
-    for key in path:
-        data = data.get(key) if isinstance(data, Mapping) else data[int(key)]
+    document = read_text(text)
+    data: Any = document.data if document.has(*path) else None
+    for key in path if document.has(*path) else ():
+        data = data[key]
     thing: Mapping[str, Any] = data if isinstance(data, Mapping) else {}
     moved: dict[str, Any] = {}
     for axis, key in enumerate(("x", "y")):
         if key in thing or path == (SPAWN,):
-            moved[key] = float(thing.get(key, 0)) + by[axis]
+            moved[key] = _shifted(thing.get(key, 0), by[axis])
     for key in ("from", "to", "centre"):
         if key in thing:
-            moved[key] = [float(thing[key][axis]) + by[axis] for axis in (0, 1)]
+            place = thing[key] if isinstance(thing[key], list) else []
+            if len(place) != len(by):
+                raise PatchError(_NOT_MOVED)
+            moved[key] = [_shifted(value, way) for value, way in zip(place, by, strict=True)]
     if not moved:
-        raise PatchError("this cannot be moved on the map; edit the text")
+        raise PatchError(_NOT_MOVED)
     return _moved_to(text, path, moved)
+
+
+def _shifted(value: Any, by: float) -> float:
+    if type(value) not in (int, float):
+        raise PatchError(_NOT_MOVED)
+    return float(value) + by
 
 
 def _moved_to(text: str, path: Path, values: Mapping[str, Any]) -> Edits:

@@ -198,6 +198,38 @@ def test_an_act_that_changes_another_node_by_an_alias_is_refused(
         act(ANCHORS)
 
 
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda: patches.delete(SHORT, ()),
+        lambda: patches.copy(SHORT, ()),
+        lambda: patches.wrap(SHORT, (), "invert", ""),
+        lambda: patches.unwrap(SHORT, ()),
+        lambda: patches.move(SHORT, ("tree", "sequence", 0), ()),
+        lambda: patches.add(SHORT, (), "wait: 1"),
+        lambda: patches.set_field(SHORT, (), (), "1"),
+        lambda: patches.set_field(SHORT, (), (), None),
+        lambda: add_thing("half a w", "boxes", (0, 0), (1, 1)),
+        lambda: add_thing("boxes: 3\n", "boxes", (0, 0), (1, 1)),
+        lambda: move_thing("boxes: 3\n", ("boxes", 0), (0, 1)),
+        lambda: move_thing("[1]\n", ("boxes",), (0, 1)),
+        lambda: move_thing("[{x: 1}]\n", (10**30,), (0, 1)),
+        lambda: move_thing("boxes: [{x: one}]\n", ("boxes", 0), (0, 1)),
+        lambda: move_thing("walls: [{from: [1], to: 2}]\n", ("walls", 0), (0, 1)),
+    ],
+)
+def test_an_act_without_a_place_in_the_text_is_refused(act: Callable[[], Edits]) -> None:
+    """Such as one for the text before its last change."""
+    with pytest.raises(PatchError):
+        act()
+
+
+def test_a_thing_gets_a_free_name_whatever_others_have() -> None:
+    """Also beside one whose name is no text."""
+    text = "boxes:\n  - {name: [1]}\n  - {name: box 1}\n"
+    assert "name: box 2" in applied(text, add_thing(text, "boxes", (0, 0), (1, 1)))
+
+
 def test_acts_beside_an_alias_are_allowed() -> None:
     """Where every alias means the same afterwards, also if a moved node holds it."""
     edits = patches.delete(ANCHORS, (*NODES, 0))
