@@ -210,6 +210,7 @@ class ServersNode(RobotNode):
         if self._publisher_watch is None:
             return
         why = settled(
+            self,
             lambda: duplicate_servers(self, self.actions),
             lambda: executor.spin_once(timeout_sec=LOOK_S),
         )

@@ -473,10 +473,10 @@ COMMANDS = {
             MISSION,
             Option(
                 "--budget RUNS",
-                "maximum number of runs (default: 1000), without those that minimize "
+                "maximum number of runs (default: 200), without those that minimize "
                 "counterexamples",
                 count,
-                1000,
+                200,
             ),
             Option(
                 "--find",

@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from bt_mission.ros.discovery import ExecutiveDirectory
 
 WAIT_S = 0.1
-SETTLE_S = 0.6
-"""Wall time after which all executives count as found once one is: participants answer a newcomer
-at once."""
+LEARN_S = 0.6
+"""Wall time to wait for the names of missions."""
+
+SAY_S = 1.8
+"""Wall time after which it is said that no executive is there."""
 
 STATUSES_S = 2.0
 """Wall time to wait for statuses; without them the tree is shown as it is known."""
@@ -133,18 +135,16 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
     from bt_mission.events.source import choose, nobody, wanted_name
 
     wanted = wanted_name(options.executive)
-    since, since_found = Stopwatch(), None
+    since = Stopwatch()
     missions: dict[str, str] = {}
     has_said = False
     while True:
         observer.serve(WAIT_S)
+        is_over = observer.is_over()
         executives = observer.find()
-        if since_found is None and executives:
-            since_found = Stopwatch()
         is_late = options.wait is not None and since.elapsed_s > options.wait
-        has_settled = since_found is not None and since_found.elapsed_s > SETTLE_S
         is_named = any(executive.name == wanted for executive in executives)
-        if has_settled or is_named or (executives and is_late):
+        if is_named or (executives and (is_over or is_late)):
             if wanted is not None and not is_named:
                 _learn_missions(observer, executives, missions)
                 named = [name for name, mission in missions.items() if mission == options.executive]
@@ -157,7 +157,7 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
         if is_late:
             print(nobody(wanted, executives, observer.where), file=sys.stderr)
             return None
-        if not has_said and since.elapsed_s > 3 * SETTLE_S and (has_settled or not executives):
+        if not has_said and since.elapsed_s > SAY_S and (is_over or not executives):
             print(f"{nobody(wanted, executives, observer.where)}\nlooking ...", file=sys.stderr)
             has_said = True
 
@@ -174,7 +174,7 @@ def _learn_missions(
     links = {name: observer.attach(name, with_robot=False) for name in new}
     feeds = {name: MissionFeed(MissionState()) for name in new}
     since = Stopwatch()
-    while links.keys() - missions.keys() and since.elapsed_s < SETTLE_S:
+    while links.keys() - missions.keys() and since.elapsed_s < LEARN_S:
         observer.serve(WAIT_S)
         for name, link in links.items():
             for batch in link.take(needs_statuses=False).messages:

@@ -13,11 +13,9 @@ from rclpy.qos import (
 )
 
 from bt_mission.core.dds.endpoints import node_of
+from bt_mission.core.dds.participants import Discovery, ParticipantGraph
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.wall_clock import Stopwatch
-
-SETTLE_S = 0.6
-"""Wall time after which the participants of a graph count as discovered: they answer at once."""
 
 GONE_S = 3.0
 """Wall time after which a bt-mission process that was killed has left the graph."""
@@ -73,19 +71,24 @@ def obstacle(node: ActionGraph, action: str) -> str:
     return duplicate_servers(node, [action]) or qos_conflict(node, action) or ""
 
 
-def settled(look: Callable[[], str | None], spin: Callable[[], object]) -> str | None:
+def settled(
+    node: ParticipantGraph, look: Callable[[], str | None], spin: Callable[[], object]
+) -> str | None:
     """Return what is still wrong in a graph once its participants are discovered, or None.
 
     An entry of a process that was killed disappears after its lease.
 
     Args:
+        node: The one that discovers them.
         look: Returns what is wrong now.
         spin: Serves the graph for at most a moment.
     """
-    since = Stopwatch()
-    while since.elapsed_s < (SETTLE_S if (why := look()) is None else GONE_S):
+    since, discovery = Stopwatch(), Discovery(node)
+    while True:
+        is_over, why = discovery.is_over(), look()
+        if is_over if why is None else since.elapsed_s > GONE_S:
+            return why
         spin()
-    return why
 
 
 def _in_words(profile: QoSProfile) -> str:

@@ -10,6 +10,7 @@ from bt_mission_interfaces.srv import ReviseMission
 from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.dds.participants import Discovery
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, ListedExecutive
 from bt_mission.ros.graph import REQUESTS, GraphConnection, quiet_node, type_hash_of
@@ -82,6 +83,7 @@ class ExecutiveDirectory:
         self._graph = GraphConnection(wall_clock=True)
         self._node = self._graph.host_quiet("bt_mission_watch")
         self._hashes = [type_hash_of(self._node, kind) for kind, *_ in TOPICS.values()]
+        self._discovery = Discovery(self._node)
         domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(RANGE, "SUBNET")
         self.where = f"ROS domain {domain or 0}, {RANGE}={reach}"
 
@@ -100,6 +102,10 @@ class ExecutiveDirectory:
         since = Stopwatch()
         while since.elapsed_s < SERVE_S + wait_s and self._graph.executor.serve(wait_s):
             wait_s = 0.0
+
+    def is_over(self) -> bool:
+        """Return whether all executives that are there are found."""
+        return self._discovery.is_over()
 
     def find(self) -> tuple[ListedExecutive, ...]:
         """The executives that are there now, by name."""

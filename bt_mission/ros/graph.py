@@ -249,7 +249,7 @@ class GraphConnection:
         def spin() -> None:
             self.executor.spin_once(timeout_sec=WAIT_S)
 
-        why = settled(lambda: None if allow_duplicates else duplicates(), spin)
+        why = settled(node, lambda: None if allow_duplicates else duplicates(), spin)
         if why is not None:
             raise BtMissionError(why, code="BT-914")
         for action in actions:

@@ -14,11 +14,12 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from bt_mission.core.dds.participants import Discovery
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_source
-from bt_mission.executors.action_endpoints import SETTLE_S, duplicate_servers, qos_conflict
+from bt_mission.executors.action_endpoints import duplicate_servers, qos_conflict
 from bt_mission.language.follow import Follow
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import (
@@ -108,13 +109,14 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
         node = graph.host_quiet(NODE_NAME, namespace)
         wanted = list(_wanted(mission, namespace))
         followed = [interface.name for interface in wanted if interface.is_followed]
-        watch = Stopwatch()
+        watch, discovery = Stopwatch(), Discovery(node)
         while True:
+            is_over = discovery.is_over()
             names = _names_around(node, followed)
             findings = [_finding(interface, names, namespace) for interface in wanted]
             findings = [replace(each, conflict=_conflict(each.wanted, node)) for each in findings]
             are_there = all(finding.is_there for finding in findings)
-            if watch.elapsed_s > (SETTLE_S if are_there else LOOK_S):
+            if is_over if are_there else watch.elapsed_s > LOOK_S:
                 return [_with_fields(finding, node) for finding in findings]
             graph.executor.spin_once(timeout_sec=WAIT_S)
 

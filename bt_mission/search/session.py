@@ -63,7 +63,7 @@ class SearchOptions:
     """
 
     aim: Aim | None = None
-    budget: int = 1000
+    budget: int = 200
     strategy: str = "optuna"
     seed: int = 0
     simplifying_runs: int = MOST_RUNS

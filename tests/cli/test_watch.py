@@ -156,6 +156,10 @@ class Watched:
         """Let time pass."""
         self.now_s += wall_s
 
+    def is_over(self) -> bool:
+        """All come at once."""
+        return self.now_s > self._come_s
+
     def find(self) -> tuple[ListedExecutive, ...]:
         """All at once."""
         names = ("/r1/bt_mission", "/r2/bt_mission") if self.now_s > self._come_s else ()
@@ -194,7 +198,7 @@ def test_who_comes_up_just_then_is_not_said_to_be_absent(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The list of those that are there would name it."""
-    assert looked(monkeypatch, 2.9 * watch.SETTLE_S, "/r2") == "/r2/bt_mission"
+    assert looked(monkeypatch, 0.9 * watch.SAY_S, "/r2") == "/r2/bt_mission"
     assert capsys.readouterr().err == ""
 
 
@@ -202,6 +206,6 @@ def test_who_is_there_when_the_time_is_up_is_taken(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Also where nobody had come up before."""
-    assert looked(monkeypatch, 0.9 * watch.SETTLE_S, "/r2", watch.SETTLE_S) == "/r2/bt_mission"
-    assert looked(monkeypatch, 0.9 * watch.SETTLE_S, "/r3", watch.SETTLE_S) == ""
+    assert looked(monkeypatch, 0.9 * watch.SAY_S, "/r2", watch.SAY_S) == "/r2/bt_mission"
+    assert looked(monkeypatch, 0.9 * watch.SAY_S, "/r3", watch.SAY_S) == ""
     assert "no executive /r3/bt_mission (a test); available:" in capsys.readouterr().err

@@ -61,9 +61,8 @@ SHORTER = {
     "--seeds 50": "--seeds 1",
     "--seeds 20": "--seeds 1",
     "--sample 500": "--sample 2",
-    "--budget 200": "--budget 4",
     "sweep explore": "sweep explore --set legs=1",
-    "falsify explore": "falsify explore --set legs=1",
+    "falsify explore": "falsify explore --set legs=1 --budget 4",
 }
 """What takes hours: many runs, long runs."""
 VALUES_VARY = ("docs/how-to/command-line-tools.md",)
