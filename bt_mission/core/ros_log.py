@@ -31,8 +31,10 @@ class EscapingLogger:
         return EscapingLogger(self._logger.get_child(name))
 
     def set_level(self, level: Any) -> None:
-        """Pass over what is less important."""
-        self._logger.set_level(level)
+        """Pass over what is less important; a process that logs even less stays as it is."""
+        self._logger.set_level(0)
+        if self._logger.get_effective_level() < level:
+            self._logger.set_level(level)
 
     def info(self, text: str, **filters: Any) -> bool:
         """Log a line; the filters are those of rclpy. Return whether it was logged."""

@@ -98,6 +98,7 @@ class Report:
         requirements: The result of each requirement.
         faults: What became of each fault that was planned.
         untested: What was planned for the run and has not happened, a line each.
+        warnings: What may have changed the result, such as a second server of an action.
     """
 
     mission: str
@@ -122,6 +123,7 @@ class Report:
     requirements: tuple[RequirementResult, ...] = ()
     faults: tuple[FaultOutcome, ...] = ()
     untested: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -180,6 +182,7 @@ class Report:
         lines += [f"  fault {fault}" for fault in self.faults]
         named = {fault.untested for fault in self.faults}
         lines += [f"  not tested: {each}" for each in self.untested if each not in named]
+        lines += [f"  warning: {warning}" for warning in self.warnings]
         return "\n".join(map(escape_control, lines))
 
 
@@ -190,6 +193,7 @@ def report_on(
     virtual_s: float,
     wall_s: float,
     requirements: tuple[RequirementResult, ...] = (),
+    warnings: Iterable[str] = (),
 ) -> Report:
     """Return the report of a mission that has ended, from its executive."""
     return Report(
@@ -212,6 +216,7 @@ def report_on(
         failure=_failure_of(executive, virtual_s),
         requirements=requirements,
         untested=tuple(executive.mission_state.untested),
+        warnings=tuple(warnings),
     )
 
 

@@ -66,11 +66,6 @@ def qos_conflict(node: ActionGraph, action: str) -> str | None:
     return None
 
 
-def obstacle(node: ActionGraph, action: str) -> str:
-    """Return why no goal should be sent to an action though it has a server; empty if it can."""
-    return duplicate_servers(node, [action]) or qos_conflict(node, action) or ""
-
-
 def settled(
     node: ParticipantGraph, look: Callable[[], str | None], spin: Callable[[], object]
 ) -> str | None:

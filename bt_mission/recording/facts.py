@@ -83,6 +83,7 @@ _KINDS: Mapping[str, Mapping[str, Any]] = {
         "collisions": Count | None,
         "trace_sha256": str,
         "requirements": list[Any],
+        "warnings": list[str],
         "missing": str,
     },
 }

@@ -15,7 +15,7 @@ from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
 from bt_mission.core.listeners import Stream
-from bt_mission.executors.action_endpoints import obstacle
+from bt_mission.executors.action_endpoints import duplicate_servers, qos_conflict
 from bt_mission.executors.serving import ServingExecutor
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient
@@ -86,7 +86,8 @@ class RosGoalClient(RosClient):
         listen: Called with the resolved name when a goal is sent; returns a reader of the reason of
             a rejection, empty if it is not known.
         exchanges: Emits each request when it is sent, and once more when it is answered.
-        allow_duplicates: Whether goals are sent also if the action has several servers.
+        warn: Takes that the action has several servers, to which goals are sent nevertheless; None
+            sends them none.
 
     Raises:
         BtMissionError: When the type is not installed, or the action has another one.
@@ -99,7 +100,7 @@ class RosGoalClient(RosClient):
         type_name: str,
         listen: Callable[[str], Callable[[], str]],
         exchanges: Stream[Exchange],
-        allow_duplicates: bool = False,  # noqa: FBT001, FBT002 - the runtime passes it on
+        warn: Callable[[str], None] | None = None,
     ) -> None:
         self._listen = listen
         self._exchanges = exchanges
@@ -108,7 +109,8 @@ class RosGoalClient(RosClient):
         self._client: ActionClient = _Client(node, self._type, full)
         self._handles: dict[bytes, ClientGoalHandle] = {}
         self._is_closed = False
-        self._is_checked = allow_duplicates
+        self._is_checked = False
+        self._warn = warn
 
     def close(self) -> None:
         """Destroy the action client; further calls do nothing."""
@@ -130,7 +132,11 @@ class RosGoalClient(RosClient):
         """
         if self._is_checked:
             return ""
-        why = obstacle(self._node, self.name)
+        why = duplicate_servers(self._node, [self.name])
+        if why and self._warn is not None:
+            self._warn(why)
+            why = None
+        why = why or qos_conflict(self._node, self.name) or ""
         self._is_checked = not why and self.is_ready()
         return why
 

@@ -229,7 +229,7 @@ class GraphConnection:
 
     def refuse_conflicts(
         self, node: Node, actions: Collection[str], *, allow_duplicates: bool = False
-    ) -> None:
+    ) -> str | None:
         """Look whether a mission can tell its robot, its clock and its servers from others.
 
         Args:
@@ -237,6 +237,9 @@ class GraphConnection:
             actions: Those that the mission uses.
             allow_duplicates: Several nodes may publish the odometry and the clock, or serve an
                 action.
+
+        Returns:
+            The nodes that do, if they may; None if none does.
 
         Raises:
             BtMissionError: Several do, or the QoS of an action's server does not match; with their
@@ -255,6 +258,7 @@ class GraphConnection:
         for action in actions:
             if (conflict := qos_conflict(node, action)) is not None:
                 raise BtMissionError(conflict, code="BT-917")
+        return duplicates()
 
     def host_quiet(self, name: str, namespace: str | None = None) -> Node:
         """Make and serve a node that only watches, until the connection is closed."""

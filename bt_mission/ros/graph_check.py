@@ -116,7 +116,7 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
             findings = [_finding(interface, names, namespace) for interface in wanted]
             findings = [replace(each, conflict=_conflict(each.wanted, node)) for each in findings]
             are_there = all(finding.is_there for finding in findings)
-            if is_over if are_there else watch.elapsed_s > LOOK_S:
+            if is_over and (are_there or watch.elapsed_s > LOOK_S):
                 return [_with_fields(finding, node) for finding in findings]
             graph.executor.spin_once(timeout_sec=WAIT_S)
 

@@ -184,7 +184,9 @@ class MissionRunner(MissionRuntime):
         virtual_s = (now_ns - (executive.started_ns or now_ns)) / NS
         wall_s = self._wall.elapsed_s if self._wall_s is None else self._wall_s
         results = self.requirements.results()
-        return report_on(self.mission, executive, self.trace, virtual_s, wall_s, results)
+        return report_on(
+            self.mission, executive, self.trace, virtual_s, wall_s, results, self.warnings
+        )
 
     def halt(self, reason: str = "halted by its caller") -> None:
         """Halt the tree and cancel every goal; later ticks wait until they end."""

@@ -63,6 +63,8 @@ class MissionRuntime:
         self._tick_ns: int | None = None
         self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
         self._allow_duplicates = False
+        self.warnings: list[str] = []
+        """What was warned of so far, each once."""
 
     @property
     def is_done(self) -> bool:
@@ -113,7 +115,7 @@ class MissionRuntime:
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """Return the client of an action; there is one for each name and type."""
         full = self.node.resolve_topic_name(action)
-        more = (self._listen, self.exchanges, self._allow_duplicates)
+        more = (self._listen, self.exchanges, self.warn if self._allow_duplicates else None)
         return self._client(RosGoalClient, full, action, type_name, *more)
 
     def service_client(self, service: str, type_name: str) -> RosServiceClient:
@@ -162,8 +164,10 @@ class MissionRuntime:
         self._emit_line(text, is_own=False)
 
     def warn(self, text: str) -> None:
-        """Log a warning of the node; no trace has it."""
-        log_of(self.node).warning(text)
+        """Log a warning of the node, once; the report has it, and no trace."""
+        if text not in self.warnings:
+            self.warnings.append(text)
+            log_of(self.node).warning(text)
 
     def _log_line(self, text: str) -> None:
         log_of(self.node).info(text)

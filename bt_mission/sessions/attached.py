@@ -93,13 +93,15 @@ class AttachedSession(Session):
             self.runs = (Run.of(self._node.runner),)
             made.callback(self._node.destroy_node)
             steps = all_steps(mission)
-            self._graph.refuse_conflicts(
+            several = self._graph.refuse_conflicts(
                 self._node,
                 [step.ros_name for step in steps if isinstance(step, GoalNode)],
                 allow_duplicates=chosen.allow_duplicates,
             )
             self._graph.host(self._node)
             OtherMissions(self._node.runner)
+            if several is not None:
+                self.runner.warn(several)
             if self._graph.lacks_clock:
                 self.runner.warn(
                     f"nothing has published {CLOCK} within {CLOCK_WAIT_S:g} s: the mission runs on "

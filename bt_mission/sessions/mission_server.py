@@ -362,6 +362,8 @@ class MissionServer(ValidClock, Node):
         self.host(node)
         for onlooker in self._make_onlookers(served):
             served.attach(onlooker)
+        if (why := duplicate_publishers(self)) is not None:
+            node.runner.warn(why)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(node.runner, node.runner.requirements)
         self._snapshots.begin(node.runner)

@@ -257,6 +257,7 @@ class Session:
                 (end_ns - self.start_ns) / NS,
                 wall_s,
                 run.runner.requirements.results(),
+                run.runner.warnings,
             ),
             world=self.world,
             collisions=run.collisions,

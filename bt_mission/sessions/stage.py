@@ -20,6 +20,7 @@ from bt_mission.core.clock_watch import ClockWatch, Interrupted, LeftError, refu
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
 from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
 from bt_mission.language.trees import has_python
@@ -42,6 +43,9 @@ from sim.world.world import Spawn, World
 START_NS = 1_000_000_000
 MOST_RAISED = 200
 """Exceptions of callbacks after which a stage ends, since its time may not move."""
+
+RAISED_S = 30.0
+"""Wall time after the first one at which a stage ends with the next one, s."""
 
 
 class StageError(BtMissionError):
@@ -89,6 +93,8 @@ class Stage(Session):
     is_stepping = False
     is_broken = False
     """Whether an interrupt has left a step in the middle: no step follows it."""
+
+    _since_raised: Stopwatch | None = None
 
     def __init__(
         self,
@@ -338,8 +344,8 @@ class Stage(Session):
         ones do not keep goals from their end.
 
         Raises:
-            StageError: After :data:`MOST_RAISED` exceptions, after one when all missions have
-                ended, and for a simulation that became unstable.
+            StageError: After :data:`MOST_RAISED` exceptions or :data:`RAISED_S`, after one when
+                all missions have ended, and for a simulation that became unstable.
             SimulatorError: Another simulator does not do what it has to do.
         """
         self.is_stepping = True
@@ -379,9 +385,11 @@ class Stage(Session):
         if self.is_done:
             raise StageError(f"a callback failed after the mission: {cause_of(error)}") from error
         self._raised += 1
-        if self._raised > MOST_RAISED:
+        since = self._since_raised = self._since_raised or Stopwatch()
+        if self._raised > MOST_RAISED or since.elapsed_s > RAISED_S:
             raise StageError(
-                f"{self._raised} callbacks failed, the last one with {cause_of(error)}"
+                f"{self._raised} callbacks failed in {since.elapsed_s:.0f} s of wall time, the "
+                f"last one with {cause_of(error)}"
             ) from error
         for run in self.runs:
             run.executive.fail(callback_failure(error))

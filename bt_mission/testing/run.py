@@ -244,7 +244,8 @@ class Run(Assertions):
         """The summary of the run so far; its wall time is 0, which no test may depend on."""
         stage = self.stage
         results = stage.runner.requirements.results()
-        return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0, results)
+        warnings = stage.runner.warnings
+        return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0, results, warnings)
 
     @property
     def goals(self) -> tuple[GoalLife, ...]:

@@ -22,7 +22,9 @@ from rclpy.executors import SingleThreadedExecutor
 from bt_mission.core.interrupts import SAME_WISH_S
 from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL, command
+from bt_mission.views.web.report.page import write_report
 from tests.support.processes import PATIENCE_S, read_until, started
+from tests.support.report_pages import data_of
 from tests.support.thorough import sample
 
 pytestmark = pytest.mark.process
@@ -375,7 +377,16 @@ def test_second_servers_are_refused_unless_the_first_were_killed(start: Start, d
     assert both in ended(start(*servers), 2)
     second = start(*servers, "--allow-duplicates")
     read_until(second, "waiting for scan")
-    assert both in ended(start("run", drive, "--attach", "--wall-clock"), 2)
+    attach = ("run", drive, "--attach", "--wall-clock")
+    assert both in ended(start(*attach), 2)
+    recording = Path(drive).with_suffix(".mcap")
+    more = ("--allow-duplicates", "--json", "--record", str(recording))
+    report = ended(start(*attach, *more), 1)
+    assert json.dumps(both)[1:-1] in report.partition('"warnings": ')[2]
+    page = recording.with_suffix(".html")
+    write_report(recording, page)
+    (data,) = data_of(page).values()
+    assert both in dict(data["details"]["facts"])["warning"]
     for process in (first, second):
         process.kill()
         process.wait()

@@ -105,6 +105,19 @@ def test_an_action_with_two_servers_gets_no_goal(ros: Any) -> None:
     assert node.executive.reason == ""
 
 
+def test_a_second_server_that_may_be_there_is_named_in_the_report(ros: Any) -> None:
+    """Once, however many goals are sent."""
+    first, second = ros.server(), ros.server("other")
+    silent: Any = {"handle_accepted_callback": lambda _: None}
+    other = ActionServer(second.node, Turn, "turn", lambda _: None, **silent)
+    node = ros.mission(LOOP, allow_duplicates=True)
+    ros.until(lambda: first.goals)
+    (warning,) = node.report().warnings
+    assert warning.startswith("/turn has 2 servers (/other_server, /turn_server): each of them ")
+    assert f"  warning: {warning}" in str(node.report())
+    other.destroy()
+
+
 def spoilt(rng: random.Random, data: bytes) -> bytes:
     """Return a message cut, with more behind it, with other bytes in it, or noise."""
     match rng.randrange(4):

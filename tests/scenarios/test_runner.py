@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rclpy.logging import LoggingSeverity, set_logger_level
 
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.dds.middleware import ALONE, PROFILES
 from bt_mission.core.errors import BtMissionError
-from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
+from bt_mission.scenarios.runner import ScenarioProcess, prepare_process, silence_logs
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.live_graph import command
 from sim.physics.physics import Physics
@@ -108,6 +109,16 @@ def test_no_process_is_to_find_one_that_only_runs_scenarios(monkeypatch):
     prepare_process()
     assert os.environ[RANGE] == "OFF"
     assert os.environ[PROFILES[0]] == str(ALONE)
+
+
+def test_nodes_of_its_runs_print_no_warnings(runner, written, capfd):
+    """Neither those of the robot, which are quiet anyway, nor others."""
+    silence_logs()
+    try:
+        runner.run(written("turn", TURN + "faults: ['at 0.1: delay cmd_vel by 0.5 lasting 1']\n"))
+    finally:
+        set_logger_level("", LoggingSeverity.INFO)
+    assert capfd.readouterr().err == ""
 
 
 def test_a_scenario_is_given_back_with_what_it_reached(runner, written):

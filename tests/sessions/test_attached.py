@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 import rclpy
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionServer
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
+from bt_mission.core.errors import BtMissionError
 from bt_mission.ros import graph
-from bt_mission.sessions.attached import AttachedSession
+from bt_mission.sessions.attached import AttachedOptions, AttachedSession
 from bt_mission.sessions.load import load
 from bt_mission.testing.live_graph import LOCAL, own_domain
 
@@ -45,6 +51,20 @@ class Keeper:
         """Show one time after the other, 50 ms apart."""
         for time_ms in range(first_ms, last_ms + 1, 50):
             self.show(session, time_ms)
+
+
+class Servers:
+    """Servers of ``/turn``, which are never served."""
+
+    def __init__(self, node: Node, count: int = 1, **qos: QoSProfile) -> None:
+        self._servers = [
+            ActionServer(node, Turn, "turn", lambda _: None, **qos) for _ in range(count)
+        ]
+
+    def close(self) -> None:
+        """Leave the graph."""
+        for server in self._servers:
+            server.destroy()
 
 
 @pytest.fixture
@@ -95,6 +115,23 @@ def test_a_mission_that_missed_the_clock_says_so(
         assert session.executive.status == "failure"
         assert "/clock is published only now" in session.executive.reason
         keeper.node.destroy_publisher(publisher)
+
+
+def test_servers_that_cannot_be_used_are_refused_at_the_start(keeper: Keeper) -> None:
+    """One whose statuses no client receives; a second one may be allowed, and is named then."""
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    turns = load("mission: m\ntree: {turn: {angle: 9}, timeout: 3}\n")
+    with closing(Servers(keeper.node, status_pub_qos_profile=best_effort)):
+        with pytest.raises(BtMissionError, match="/turn: its server /keeper publishes st") as error:
+            AttachedSession(turns)
+        assert error.value.code == "BT-917"
+    both = "/turn has 2 servers (/keeper, /keeper): each of them runs every goal"
+    with closing(Servers(keeper.node, count=2)):
+        with pytest.raises(BtMissionError, match=re.escape(both)) as error:
+            AttachedSession(turns)
+        assert error.value.code == "BT-914"
+        with AttachedSession(turns, AttachedOptions(allow_duplicates=True)) as session:
+            assert session.report().warnings[0].startswith(both)
 
 
 def test_a_mission_takes_skipped_time_as_passed(keeper: Keeper) -> None:

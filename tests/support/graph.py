@@ -46,7 +46,13 @@ class Graph(Rig):
         return ScriptedServer(self.node(f"{name}_server"), type_name, name, **habits)
 
     def mission(
-        self, text: str, *, has_controls: bool = False, editable: bool = False, **where: Any
+        self,
+        text: str,
+        *,
+        has_controls: bool = False,
+        editable: bool = False,
+        allow_duplicates: bool = False,
+        **where: Any,
     ) -> MissionRunner:
         """The executive of a mission, on a node of its own."""
         mission = load(text)
@@ -56,6 +62,7 @@ class Graph(Rig):
             has_controls=has_controls,
             has_presence=False,
             read_revision=read_revision if editable else None,
+            allow_duplicates=allow_duplicates,
         )
         node = MissionNode(
             mission, options, node=NodeOptions(context=self.context, lean=True, **where)

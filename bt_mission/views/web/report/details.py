@@ -99,6 +99,8 @@ def _facts(run: RecordedRun) -> Iterator[tuple[str, str]]:
     collisions = summary.get("collisions", len(run.collisions) or None)
     if collisions is not None:
         yield "collisions", str(collisions)
+    for warning in summary.get("warnings", ()):
+        yield "warning", warning
     for name in ("world", "robot", "seed"):
         if known.get(name) is not None:
             yield name, known[name]
