@@ -28,7 +28,7 @@ PACKAGES_FOLDER = Path(
 """Of a virtual environment."""
 PROGRAMS = {
     "bt-mission": "from bt_mission.__main__ import main; sys.exit(main())",
-    "pytest": "import pytest; sys.exit(pytest.console_main())",
+    "pytest": "from _pytest.config import _console_main; sys.exit(_console_main())",
     "dask": "from dask.__main__ import main; sys.exit(main())",
 }
 """The commands that pages call, as pip writes them."""

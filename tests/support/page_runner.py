@@ -1,9 +1,10 @@
 """A script: types the commands of a page, and writes what came of each.
 
 Its arguments are a JSON file of steps and one for the results. Calls of ``bt-mission`` without the
-syntax of a shell run in this process, which imports once; all else goes to bash. What stays (a
-server, a page for browsers) runs beside until the end. It is run by the Python of an environment
-into which the wheel is installed, in an empty folder.
+syntax of a shell run in a fork of this process, which imports once; all else goes to bash. What
+stays (a server, a page for browsers) runs beside until the end, and its output is all that it has
+said by then. It is run by the Python of an environment into which the wheel is installed, in an
+empty folder.
 """
 
 import contextlib
@@ -14,9 +15,11 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import traceback
 from pathlib import Path
 from typing import IO, Any
 
+import bt_mission.sessions.stage  # noqa: F401 - what most commands import
 from bt_mission.cli import main
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import Process
@@ -46,20 +49,24 @@ def run(command: str) -> tuple[int, str]:
 
 
 def call(arguments: list[str], file: IO[bytes]) -> int:
-    """Call the command line in this process, its output in a file."""
-    kept = [os.dup(number) for number in (1, 2)]
+    """Call the command line in a fork of this process, its output in a file."""
+    child = os.fork()
+    if child:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     for number in (1, 2):
         os.dup2(file.fileno(), number)
+    sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # as in a terminal
+    code = 1
     try:
-        return main(arguments)
+        code = main(arguments)
     except SystemExit as leave:
-        return int(leave.code or 0)
+        code = int(leave.code or 0)
+    except BaseException:  # noqa: BLE001 - it is shown, as Python does
+        traceback.print_exc()
     finally:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
-        for number, before in zip((1, 2), kept, strict=True):
-            os.dup2(before, number)
-            os.close(before)
+        os._exit(code)
 
 
 def started(command: str, until: str, file: Path) -> Process:
@@ -81,12 +88,15 @@ def end(process: Process) -> None:
 
 def same(command: str, other: str) -> bool:
     """Return whether two commands are the same program, of which one terminal runs one."""
-    return command.split()[:2] == other.split()[:2]
+    count = 3 if command.startswith("bt-mission actions") else 2
+    return command.split()[:count] == other.split()[:count]
 
 
 def work(steps: list[dict[str, Any]], results: str) -> None:
     """Do all steps, and write what came of each before the next begins."""
+    os.environ["PYTHONUNBUFFERED"] = "1"  # output and errors come in their order
     beside: list[Process] = []
+    stays: list[tuple[Process, dict[str, Any]]] = []
     done: list[dict[str, Any]] = []
     try:
         for step in steps:
@@ -105,10 +115,15 @@ def work(steps: list[dict[str, Any]], results: str) -> None:
                 beside.append(started(step["command"], step["until"], file))
                 code, output = beside[-1].code, beside[-1].output
             done.append({"command": step["command"], "code": code, "output": output})
+            if step["until"] is not None:
+                stays.append((beside[-1], done[-1]))
             Path(results).write_text(json.dumps(done), encoding="utf-8")
     finally:
         for each in reversed(beside):
             end(each)
+        for process, result in stays:
+            result["output"] = process.output
+        Path(results).write_text(json.dumps(done), encoding="utf-8")
 
 
 if __name__ == "__main__":
