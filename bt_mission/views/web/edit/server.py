@@ -215,8 +215,7 @@ class EditServer(PageServer):
 
     def _list(self, _: dict[str, Any]) -> dict[str, Any]:
         return {
-            "files": self._workspace.files(),
-            "hidden": self._workspace.hidden(),
+            **self._workspace.listing(),
             "is_read_only": self._is_read_only,
             "is_single": self._workspace.only is not None,
         }

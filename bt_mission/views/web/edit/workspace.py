@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 from secrets import token_hex
@@ -22,9 +21,14 @@ from bt_mission.views.web.edit.line_ends import Written
 MOST_FILES = 500
 MOST_LEVELS = 4
 """Folders below the root that are searched for files."""
+MOST_NAMES = 50_000
+"""Names of any files that are searched for those that are shown."""
+MOST_HIDDEN = 20
 
 MOST_DRAFTS = 5
 """Unsaved texts of a file that are offered."""
+MOST_READ = 50
+"""The newest of them, which are read."""
 
 LONGEST_NAME = 200
 """Bytes of the name of a file; file systems take 255, also with the endings below."""
@@ -68,6 +72,21 @@ class Draft:
     """When, s since 1970."""
 
 
+@dataclass
+class Listing:
+    """The files of a folder.
+
+    Attributes:
+        files: The names of those that are shown, and whether there is unsaved text.
+        hidden: The names of those that are not shown, since they are not text.
+        is_cut: Whether there are more than can be shown, or searched for.
+    """
+
+    files: dict[str, bool] = field(default_factory=dict)
+    hidden: set[str] = field(default_factory=set)
+    is_cut: bool = False
+
+
 class Workspace:
     """The YAML files of a folder.
 
@@ -79,11 +98,20 @@ class Workspace:
         self.only = root.name if root.is_file() or root.suffix in SUFFIXES else None
         self.root = (root.parent if self.only else root).resolve()
 
-    def files(self) -> list[dict[str, Any]]:
-        """Return the names of the files, with their kinds and whether there is unsaved text."""
-        if self.only is not None:
-            return [self._row(self.only)]
-        return [self._row(name) for name in self._names()]
+    def listing(self) -> dict[str, Any]:
+        """Return the files with their kinds and whether there is unsaved text, and what is hidden.
+
+        See `Listing`.
+        """
+        found = self._scan()
+        hidden = sorted(found.hidden)
+        if more := len(hidden[MOST_HIDDEN:]):
+            hidden[MOST_HIDDEN:] = [f"and {more} more"]
+        files = [
+            {"name": name, "kind": self._kind(name), "is_unsaved": is_unsaved}
+            for name, is_unsaved in found.files.items()
+        ]
+        return {"files": files, "hidden": hidden, "is_cut": found.is_cut}
 
     def path(self, name: str) -> Path:
         """Return the path of a file by its name in the folder.
@@ -211,18 +239,16 @@ class Workspace:
     def drafts(self, name: str) -> list[Draft]:
         """Return the last unsaved texts beside a file that differ from it, the newest first."""
         known = {self.read(name).text}
-        drafts = []
-        for path, page in self._drafts_of(name):
+        dated = [(_saved_s(path), path, page) for path, page in self._drafts_of(name)]
+        newest = []
+        for saved_s, path, page in sorted(dated, reverse=True)[:MOST_READ]:
             try:
                 text = Written.of(contents(path, follows=False), path.name).text
-                drafts.append(Draft(page, text, path.lstat().st_mtime))
-            except (InputError, OSError):  # a link, a pipe, another encoding: not of the editor
+            except InputError:  # a link, a pipe, another encoding: not of the editor
                 continue
-        newest = []
-        for draft in sorted(drafts, key=lambda draft: draft.saved_s, reverse=True):
-            if draft.text not in known:
-                known.add(draft.text)
-                newest.append(draft)
+            if text not in known:
+                known.add(text)
+                newest.append(Draft(page, text, saved_s))
         return newest[:MOST_DRAFTS]
 
     def keep_draft(self, name: str, page: str, text: str) -> str:
@@ -284,7 +310,7 @@ class Workspace:
 
     def drop_trials(self) -> None:
         """Delete the texts of commands that editors have left behind which were killed."""
-        folders = {(self.root / row["name"]).parent for row in self.files()}
+        folders = {(self.root / name).parent for name in self._scan().files}
         for folder in {self.root, *folders}:
             with suppress(OSError):
                 for name in os.listdir(folder):  # noqa: PTH208 - names only
@@ -294,42 +320,41 @@ class Workspace:
 
     # ---- the folder ----------------------------------------------------------------------
 
-    def hidden(self) -> list[str]:
-        """Return the names of files that are not shown, since they are not text."""
-        return [] if self.only is not None else sorted(self._scan()[1])
-
-    def _row(self, name: str) -> dict[str, Any]:
+    def _kind(self, name: str) -> str:
         path = self.root / name
         try:
-            kind = kind_of(path) if path.exists() else "mission"
-            is_unsaved = bool(self._drafts_of(name))
+            return kind_of(path) if path.exists() else "mission"
         except BtMissionError:
-            kind, is_unsaved = "mission", False
-        return {"name": name, "kind": kind, "is_unsaved": is_unsaved}
+            return "mission"
 
-    def _names(self) -> Iterator[str]:
-        return iter(self._scan()[0])
-
-    def _scan(self) -> tuple[list[str], set[str]]:
-        """Return the names of files, and those of files that are not text, as far as shown."""
-        shown: list[str] = []
-        hidden: set[str] = set()
+    def _scan(self) -> Listing:
+        """Return the only file, or those of the folder."""
+        if self.only is not None:
+            return Listing({self.only: bool(self._drafts_of(self.only))})
+        found, seen = Listing(), 0
         for folder, folders, names in os.walk(self.root):
             level = len(Path(folder).relative_to(self.root).parts)
             folders[:] = sorted(
                 sub for sub in folders if sub[0] not in "._" and level < MOST_LEVELS
             )
-            drafts = (match["name"] for match in map(_DRAFT.fullmatch, names) if match)
-            for name in sorted({*names, *drafts}):
+            drafts = {match["name"] for match in map(_DRAFT.fullmatch, names) if match}
+            yaml = (name for name in {*names, *drafts} if Path(name).suffix in SUFFIXES)
+            for name in sorted(name for name in yaml if name[0] != "."):
                 path = Path(folder) / name
-                if path.suffix not in SUFFIXES or name[0] == "." or len(shown) >= MOST_FILES:
-                    continue
                 inside = str(path.relative_to(self.root))
                 if not (_is_text(inside) and inside.isprintable()):
-                    hidden.add(os.fsencode(inside).decode("utf-8", "backslashreplace"))
-                elif self._is_inside(path):
-                    shown.append(inside)
-        return shown, hidden
+                    found.hidden.add(os.fsencode(inside).decode("utf-8", "backslashreplace"))
+                elif not self._is_inside(path):
+                    continue
+                elif len(found.files) < MOST_FILES:
+                    found.files[inside] = name in drafts
+                else:
+                    found.is_cut = True
+            seen += len(names) + len(folders)
+            found.is_cut = found.is_cut or (seen > MOST_NAMES and bool(folders))
+            if found.is_cut:
+                break
+        return found
 
 
 def _is_text(name: str) -> bool:
@@ -339,6 +364,14 @@ def _is_text(name: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+def _saved_s(path: Path) -> float:
+    """Return when a file was written, s since 1970; 0 if it is gone."""
+    try:
+        return path.lstat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def _mode_beside(path: Path) -> int:

@@ -406,6 +406,7 @@ async function listFiles() {
   const answer = await ask("files");
   at.isReadOnly = answer.is_read_only;
   if (answer.hidden.length) banner("hidden", `Not shown, since the name is not plain text in UTF-8: ${answer.hidden.join(", ")}`, [["Close", () => {}]]);
+  if (answer.is_cut) banner("cut", `Not all files are shown, but ${answer.files.length}. Open the editor in a folder with fewer.`, [["Close", () => {}]]);
   at.kinds = new Map(answer.files.map((one) => [one.name, one.kind]));
   byId("run").disabled = byId("run-to").disabled = byId("prove").disabled = at.isReadOnly;
   byId("file-acts").hidden = at.isReadOnly || answer.is_single;

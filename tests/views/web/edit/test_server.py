@@ -183,8 +183,13 @@ async def test_a_second_page_follows_until_it_takes_over(
 
 
 @played("play")
-async def test_each_page_keeps_its_own_unsaved_text(client: Client, tmp_path: Path) -> None:
-    """What was offered stays until it is saved or deleted. The one who edits now has no offer."""
+async def test_each_page_keeps_its_own_unsaved_text(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was offered stays until it is saved or deleted. The one who edits now has no offer.
+
+    Of many, the newest are read.
+    """
     for page in "abc":
         await client.ask("check", name="m.yaml", page=page, text=f"mission: {page}\n")
     await client.ask("state", name="m.yaml", page="c")
@@ -202,6 +207,34 @@ async def test_each_page_keeps_its_own_unsaved_text(client: Client, tmp_path: Pa
     assert "error" not in await client.ask("save", name="m.yaml", page="d", **new)
     assert await offered() == {"mission: c\n"}
     assert names_in(tmp_path) == [".m.yaml.c.unsaved", "m.yaml"]
+    monkeypatch.setattr("bt_mission.views.web.edit.workspace.MOST_READ", 1)
+    (tmp_path / ".m.yaml.old.unsaved").write_text("mission: old\n")
+    os.utime(tmp_path / ".m.yaml.old.unsaved", (1, 1))
+    assert await offered() == {"mission: c\n"}
+
+
+@pytest.mark.parametrize(("limit", "most", "shown"), [("MOST_FILES", 2, 2), ("MOST_NAMES", 3, 3)])
+@played("play")
+async def test_files_beyond_the_limits_are_not_searched_for_and_the_list_says_so(
+    client: Client,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    limit: str,
+    most: int,
+    shown: int,
+) -> None:
+    """Neither more than are shown, nor those behind too many others. Bad names are bounded, too."""
+    for name in ("a.yaml", "b.yaml", "sub/c.yaml", "sub/d.yaml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("mission: x\n")
+    assert not (await client.ask("files"))["is_cut"]
+    for number in range(25):
+        (tmp_path / f"\n{number:02}.yaml").touch()
+    monkeypatch.setattr(f"bt_mission.views.web.edit.workspace.{limit}", most)
+    answer = await client.ask("files")
+    assert answer["is_cut"]
+    assert [row["name"] for row in answer["files"]] == ["a.yaml", "b.yaml", "m.yaml"][:shown]
+    assert (len(answer["hidden"]), answer["hidden"][-1]) == (21, "and 5 more")
 
 
 @pytest.mark.parametrize(
