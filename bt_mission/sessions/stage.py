@@ -134,11 +134,11 @@ class Stage(Session):
                 made.callback(self._begin_watch().close)
             self.sim = self.clock.world = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
-            own = self._make_own(members, made)
+            own = self._own = self._make_own(members, made)
             self.runs = self._make_runs(members, say, own.actions, made)
             for run in self.runs:
                 run.executive.started_ns = START_NS
-                run.executive.flaws = lambda: (*self._flaws(), *own.destroyed())
+                run.executive.flaws = self._flaws
             made.callback(self.clock.shutdown)
             stage_nature.delay(self.clock, self.runs, self._seed)
             self.clock.add_node(self.sim)
@@ -295,7 +295,8 @@ class Stage(Session):
         return self.clock.callbacks_served + resumed
 
     def _flaws(self) -> Sequence[str]:
-        return () if self.watch is None else self.watch.flaws
+        held = () if self.watch is None else self.watch.flaws
+        return (*held, *self._own.destroyed())
 
     @contextmanager
     def _named_holder(self) -> Iterator[None]:

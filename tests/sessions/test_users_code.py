@@ -251,7 +251,7 @@ class Server(Node):
 
 def test_a_node_drives_by_plain_twists_where_the_stage_takes_them(tmp_path: Path) -> None:
     """Otherwise the error says what to do. The context of the stage is rclpy's default one."""
-    before = utilities.g_default_context
+    before = utilities.get_default_context()
     path = written(tmp_path, "beat", "pass")
     (tmp_path / "server.py").write_text(TWIST, encoding="utf-8")
     path.write_text(CALLS.partition("tree:")[0] + "tree: {wait: 2}\n", encoding="utf-8")
