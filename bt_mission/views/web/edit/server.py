@@ -44,7 +44,8 @@ from bt_mission.views.web.edit.workspace import ConflictError, EditError, Worksp
 from bt_mission.views.web.gate import FRAMED_HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions
 
-LONGEST_BODY = 4 * MAX_BYTES
+LONGEST_BODY = 8 * MAX_BYTES
+"""Of a request: three texts as JSON, in which a line feed takes two bytes."""
 ASLEEP_S = 4.0
 """Wall time without a message of a page after which it sleeps, or was closed silently."""
 

@@ -15,6 +15,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES, kind_of
 from bt_mission.core.output import write_file
+from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import MAX_BYTES, contents
 from bt_mission.views.web.edit.line_ends import Written
 
@@ -343,7 +344,8 @@ class Workspace:
                 path = Path(folder) / name
                 inside = str(path.relative_to(self.root))
                 if not (_is_text(inside) and inside.isprintable()):
-                    found.hidden.add(os.fsencode(inside).decode("utf-8", "backslashreplace"))
+                    written = os.fsencode(inside).decode("utf-8", "backslashreplace")
+                    found.hidden.add(escape_control(written))
                 elif not self._is_inside(path):
                     continue
                 elif len(found.files) < MOST_FILES:

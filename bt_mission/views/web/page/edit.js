@@ -13,6 +13,7 @@ import { byId, element } from "./words.js";
 
 const CHECK_MS = 250;
 const STATE_MS = 1000;
+const OF_FOLDER = ["banner-hidden", "banner-cut"]; // the others are about one file
 const KEPT_OUTLINES = 30;
 const newPage = () => crypto.randomUUID().slice(0, 8); // each opened text has a name of its own
 const at = { name: "", page: newPage(), base: "", kept: "", restored: [], leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0, round: 0, boxes: [] };
@@ -429,7 +430,7 @@ async function openFile(name) {
     await drafts.leave();
   } catch (error) { stay(`${error.message}; save it before you open another file.`); return; }
   clearTimeout(checkTimer);
-  for (const one of [...byId("banners").children]) one.remove();
+  for (const one of [...byId("banners").children]) if (!OF_FOLDER.includes(one.id)) one.remove();
   byId("proof").hidden = true;
   drawing.findings = new Map();
   faults = null;
@@ -502,7 +503,7 @@ async function showDifference() {
   if (!isUnsaved()) { save(); return; }
   if (at.isConflict && at.compare) { await at.compare(); return; }
   const answer = await ask("differ", { before: at.base, after: text.text });
-  openWindow(`Save ${at.name}?`, [lines(answer.lines)], [["Save", () => save()]]);
+  openWindow(`Save ${at.name}?`, [answer.error ? element("p", "", answer.error) : lines(answer.lines)], [["Save", () => save()]]);
   byId("window-buttons").querySelector("button").focus();
 }
 

@@ -449,6 +449,30 @@ TWO_LINES = "mission: m\n# one\ntree:\n  sequence:\n    - wait: 1\n# end\n"
 
 
 @played("play", text=TWO_LINES, folder=True)
+async def test_what_is_not_shown_is_named_and_hinders_no_save(
+    editor: Editor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files beyond the limits, and the differences of a long text."""
+    await editor.until("document.getElementById('files').value === 'explore.yaml'")
+    for name in ("z.yaml", "a\nb.yaml"):
+        editor.file.with_name(name).write_text("mission: x\n")
+    monkeypatch.setattr("bt_mission.views.web.edit.workspace.MOST_FILES", 1)
+    monkeypatch.setattr("bt_mission.views.web.edit.server.MOST_LINES", 2)
+    await editor.visit(await editor.look("location.href.split('#')[0]"), 1440, 900)
+    await editor.shows("banners", "a\\nb.yaml")
+    await editor.shows("banners", "Not all files are shown, but 1.")
+    await editor.until("document.title.startsWith('explore.yaml')")
+    await editor.look(f"{TEXT}.querySelector('.cm-content').focus()")
+    await editor.type("# mine\n")
+    await editor.press("s", ctrl=True)
+    await editor.shows("window-body", "at most 2 lines")
+    await editor.look("document.querySelector('#window-buttons button').click()")
+    await editor.until("document.getElementById('unsaved').hidden")
+    assert editor.file.read_text() == f"# mine\n{TWO_LINES}"
+    await editor.shows("banners", "Not all files are shown, but 1.")
+
+
+@played("play", text=TWO_LINES, folder=True)
 async def test_what_was_typed_survives_another_file_and_another_page(editor: Editor) -> None:
     """Also what was typed a moment ago. A page that wakes up does not write over the other's."""
     folder = editor.file.parent

@@ -153,6 +153,8 @@ async def test_files_are_created_renamed_and_deleted(client: Client, tmp_path: P
 @played("play")
 async def test_versions_of_a_text_are_shown_side_by_side(client: Client) -> None:
     """Each hunk has the lines before, on disk and in the page."""
+    long = "\n" * 1_000_000
+    assert (await client.ask("merge", base=long, theirs=long, mine=long))["hunks"]
     answer = await client.ask("merge", base="a\nb\n", theirs="x\nb\n", mine="a\nb\nc\n")
     assert answer["hunks"] == [
         {"base": "a\n", "theirs": "x\n", "mine": "a\n", "choice": "theirs"},
@@ -495,7 +497,7 @@ async def test_the_page_is_guarded_as_the_others_are(client: Client) -> None:
         assert (status, "not a place" in answer) == (400, True)
     lines = "a\n" * 30_000
     assert "20,000" in (await client.ask("differ", before=lines, after=""))["error"]
-    assert "exceeds" in (await client.ask("files", text="x" * 4_000_001))["error"]
+    assert "exceeds" in (await client.ask("files", text="x" * 8_000_001))["error"]
 
 
 @pytest.mark.process
