@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
+import shlex
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -40,6 +42,50 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     if not name:
         return _behaviour(_plugged(where), target)
     return _behaviour(_member(where, name, file, _is_behaviour, "behaviours"), target)
+
+
+def program_of(target: str) -> list[str]:
+    """Return the file and the arguments of a program that ``nodes`` names; empty for a factory."""
+    try:
+        words = shlex.split(target)
+    except ValueError as error:
+        raise PythonError("BT-215", f"the arguments cannot be read: {error}") from error
+    return words if words and words[0].endswith(".py") else []
+
+
+def parts_of(target: str) -> tuple[str, str]:
+    """Return the file or module of a target, and the name in it; that of a program is empty."""
+    program = program_of(target)
+    where, _, name = target.partition(":")
+    return (program[0], "") if program else (where, name)
+
+
+def find_program(target: str, file: str) -> tuple[Path, list[str]]:
+    """Return the file of a program that another file names, and its arguments.
+
+    Raises:
+        PythonError: It does not exist, is no Python, or is for ROS 1.
+    """
+    where, *arguments = program_of(target)
+    path = _leaf_file(where, file)
+    try:
+        tree = ast.parse(path.read_bytes(), where)
+    except (SyntaxError, ValueError) as error:
+        raise PythonError("BT-215", f"{where} {_why(error)}") from error
+    imported = {
+        name.partition(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (
+            [alias.name for alias in node.names]
+            if isinstance(node, ast.Import)
+            else [node.module or ""]
+        )
+    }
+    if "rospy" in imported:
+        hint = "port it to rclpy, the library of ROS 2"
+        raise PythonError("BT-215", f"{where} is a program for ROS 1: it imports rospy", hint)
+    return path, arguments
 
 
 def find_factory(target: str, file: str) -> Callable[..., Any]:
@@ -91,8 +137,8 @@ def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
     Raises:
         PythonError: For an entry point or a file that is not there, or is not allowed.
     """
-    where, _, name = target.partition(":")
-    if not name:
+    where, name = parts_of(target)
+    if not name and not where.endswith(".py"):
         _entry_point(where)
     elif where.endswith(".py"):
         path = _leaf_file(where, file)

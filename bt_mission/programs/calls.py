@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import Any, Protocol
+from weakref import WeakSet
 
 from greenlet import GreenletExit, getcurrent, greenlet
 from rclpy.context import Context
@@ -67,6 +68,7 @@ class Host(Protocol):
 
     clock: VirtualTimeExecutor
     is_over: bool
+    executors: WeakSet[Any]
 
     def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
         """Suspend the call whose code runs, for a wait or a time."""
@@ -114,15 +116,25 @@ class Program:
     Args:
         name: For people.
         seed: Of its random numbers.
-        context: The rclpy context that is the default one for it.
+        context: The rclpy context that is the default one for it; None makes one.
     """
 
-    def __init__(self, host: Host, name: str, seed: str, context: Context) -> None:
+    def __init__(self, host: Host, name: str, seed: str, context: Context | None) -> None:
         self.host, self.name, self.context = host, name, context
         self.random = Random(seed)
         self.life = host.new_life()
         self.executor: Any = None
-        """What ``rclpy.spin`` and the like use."""
+        """What ``rclpy.spin`` and the like use, once there is one."""
+
+    def serving(self) -> Any:
+        """Return the executor of ``rclpy.spin``."""
+        return self.executor
+
+    def swap_in(self) -> None:
+        """Give its code the view of the process that it has, whenever it continues."""
+
+    def swap_out(self) -> None:
+        """Give others theirs."""
 
 
 class Call(greenlet):
@@ -151,6 +163,7 @@ class Call(greenlet):
         self.entity, self.node = entity, node
         self.outcome: Any = None
         self.wait: Wait | None = None
+        self.is_over = False
         self.read_ns = self.reads = 0
         self._function, self._args = function, args
 
@@ -164,7 +177,7 @@ class Call(greenlet):
         Raises:
             BaseException: The result, if it is an exception.
         """
-        if self.program.host.is_over:
+        if self.is_over or self.program.host.is_over:
             raise GreenletExit
         self.wait = wait
         try:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Any
 
 from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, ExternalShutdownException, TimeoutObject
 from rclpy.node import Node
 from rclpy.task import Future, Task
@@ -20,6 +22,7 @@ from bt_mission.core.stamps import NS
 from bt_mission.programs.calls import Call, Life, Program, Wait, current_call
 
 ENDLESS = -1
+SPINS = "spins"
 
 
 class Spin:
@@ -32,7 +35,7 @@ class Spin:
 
     def __init__(self, executor: ProgramExecutor, caller: Call | None, left: int) -> None:
         self.executor, self.caller, self.left = executor, caller, left
-        self.wait = Wait("spins")
+        self.wait = Wait(SPINS)
         self.busy: list[Call] = []
 
     def begin(self, call: Call) -> None:
@@ -81,7 +84,13 @@ class ProgramExecutor(Executor):
         self._ordered: list[Node] = []
         self._spins: list[Spin] = []
         self._lives: list[Life] = []
+        self._host.executors.add(self)
         super().__init__(context=context)
+
+    def __del__(self) -> None:
+        """Leave the guard conditions to the context, if that was destroyed before."""
+        with suppress(InvalidHandle, AttributeError):
+            super().__del__()  # type: ignore[no-untyped-call]  # of rclpy
 
     # ---- threads -------------------------------------------------------------------------
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from itertools import count
 from types import CoroutineType, coroutine
 from typing import Any
+from weakref import WeakSet
 
-from greenlet import GreenletExit, error, getcurrent
-from rclpy.action import ActionServer
+from greenlet import GreenletExit, getcurrent
+from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.task import Future, Task
@@ -19,11 +20,13 @@ from bt_mission.executors.coroutines import awaited_by
 from bt_mission.programs import replaced
 from bt_mission.programs.calls import Call, Life, Program, Wait, current_call
 from bt_mission.programs.executors import (
+    ENDLESS,
     FreeExecutor,
     ProgramExecutor,
     Spin,
     Waker,
 )
+from bt_mission.programs.mains import MainProgram
 from bt_mission.programs.remarks import Remarks
 from bt_mission.programs.stuck import find_stuck, refuse_standstill
 from bt_mission.virtual_time import VirtualTimeExecutor
@@ -54,6 +57,7 @@ class ProgramHost:
     def __init__(self, clock: VirtualTimeExecutor) -> None:
         self.clock = clock
         self.is_over = False
+        self.executors: WeakSet[ProgramExecutor] = WeakSet()
         self.switches = 0
         """How often code of programs was resumed."""
         self.remarks = Remarks(clock)
@@ -144,12 +148,15 @@ class ProgramHost:
         return [call for call in own.busy if call.node is node] if own else []
 
     def executors_of(self, program: Program) -> list[ProgramExecutor]:
-        """Return the executors that have nodes of a program."""
+        """Return the executors that serve nodes of a program."""
         return [
-            executor
-            for node, executors in self._executors.items()
-            if self._programs[node] is program
-            for executor in executors
+            *([program.executor] if isinstance(program.executor, FreeExecutor) else []),
+            *(
+                executor
+                for node, executors in self._executors.items()
+                if self._programs[node] is program
+                for executor in executors
+            ),
         ]
 
     def took(self, waitable: Any, parts: Any) -> None:
@@ -172,7 +179,7 @@ class ProgramHost:
             rest: Coroutine[Any, Any, None] | None = function(*args)
             return rest
         program = self._programs[node]
-        spin = self._spin_for(node) or program.executor.own
+        spin = self._spin_for(node) or Spin(program.serving(), None, ENDLESS)
         self.remarks.serve(entity, node, self.waiting_of(node))
         call = self._begin(spin, program, entity, node, _serve, function, *args)
         if self._advance(call) and call.outcome is None:
@@ -259,7 +266,7 @@ class ProgramHost:
         call = current_call()
         if call is None:
             return None
-        executor = call.program.executor if call.spin is None else call.spin.executor
+        executor = call.program.serving() if call.spin is None else call.spin.executor
         return self.create_task(executor, callback, args, kwargs)
 
     def start(self, call: Call) -> None:
@@ -270,6 +277,37 @@ class ProgramHost:
             await self._to_its_end(call)
 
         self.clock.begin_task(run)
+
+    def run_main(self, program: MainProgram, then: Callable[[], None]) -> None:
+        """Run a whole program; `then` is called at its end, when its nodes are destroyed."""
+        call = Call(program, program.life, None, None, None, program.run)
+        self._advance(call)
+
+        async def go_on() -> None:
+            await self._to_its_end(call)
+            self._end(program)
+            then()
+
+        self.clock.begin_task(go_on)
+
+    def _end(self, program: Program) -> None:
+        """End the rest of a program: daemon threads, callbacks, nodes, executors."""
+        for call in [call for call in self.calls if call.program is program]:
+            self._kill(call)
+        for executor in [each for each in self.executors if each.program is program]:
+            executor.shutdown()
+        for node in [node for node, owner in self._programs.items() if owner is program]:
+            for waitable in tuple(node.waitables):
+                if isinstance(waitable, ActionClient | ActionServer):
+                    waitable.destroy()  # type: ignore[no-untyped-call]  # of rclpy
+            node.destroy_node()
+            del self._programs[node], self._executors[node]
+        self.clock.wake()
+
+    @property
+    def nodes(self) -> list[Node]:
+        """The nodes of all programs, in the order in which they were first served."""
+        return list(self._programs)
 
     def make_node(
         self, program: Program, function: Callable[[], Node], then: Callable[[Node], None]
@@ -326,14 +364,16 @@ class ProgramHost:
         program = call.program
         call.parent = getcurrent()
         former = replaced.put_in(program.context)
+        program.swap_in()
         try:
             call.switch()
         except BaseException as failure:
-            if not isinstance(failure, Exception) or call.spin is None:
+            if not isinstance(failure, Exception | SystemExit) or call.spin is None:
                 raise
             if not call.spin.fail(failure):
                 raise
         finally:
+            program.swap_out()
             program.context = replaced.put_back(former)
             if call.dead:
                 self.calls.pop(call, None)
@@ -373,20 +413,30 @@ class ProgramHost:
         refuse_standstill(self.calls)
 
     def close(self) -> None:
-        """End all calls: their code runs ``finally`` and no more."""
+        """End all calls: their code runs ``finally`` and no more; and all whole programs."""
         self.remarks.close()
         self.is_over = True
         for call in tuple(self.calls):
-            former = replaced.put_in(call.program.context)
-            try:
+            self._kill(call)
+        mains = [each for each in self._programs.values() if isinstance(each, MainProgram)]
+        for program in dict.fromkeys(mains):
+            self._end(program)
+        for executor in tuple(self.executors):
+            executor.shutdown()
+
+    def _kill(self, call: Call) -> None:
+        """Have a call run `finally`, and no more."""
+        call.is_over = True
+        former = replaced.put_in(call.program.context)
+        call.program.swap_in()
+        try:
+            with suppress(BaseException):  # whatever its code raises; it may be of another thread
                 call.parent = getcurrent()
-                with suppress(BaseException):
-                    call.throw(GreenletExit)
-            except error:  # of another thread
-                pass
-            finally:
-                replaced.put_back(former)
-        self.calls.clear()
+                call.throw(GreenletExit)
+        finally:
+            call.program.swap_out()
+            replaced.put_back(former)
+            self.calls.pop(call, None)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ original.
 
 from __future__ import annotations
 
+import atexit
 import concurrent.futures  # noqa: F401 - so that it is complete
 import datetime
 import queue
@@ -22,7 +23,9 @@ from typing import Any
 
 import rclpy
 import rclpy.clock
+import rclpy.context
 import rclpy.executors
+import rclpy.node
 import rclpy.wait_for_message
 from rclpy import utilities
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -32,6 +35,7 @@ from bt_mission.core.stamps import NS
 from bt_mission.programs import clocks, threads
 from bt_mission.programs.calls import Wait, current_call
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from bt_mission.programs.mains import MainProgram, ProgramContext, RclpyOfNodes
 
 _real_lock = threading.Lock()
 _depth = 0
@@ -41,11 +45,12 @@ _real_global_executor = rclpy.get_global_executor
 _real_spin = rclpy.spin
 _real_wait_for_message = rclpy.wait_for_message.wait_for_message
 _real_uuid4 = uuid.uuid4
+_real_at_exit = atexit.register
 
 
 def _global_executor() -> Any:
     call = current_call()
-    return _real_global_executor() if call is None else call.program.executor
+    return _real_global_executor() if call is None else call.program.serving()
 
 
 def _spin(node: Any, executor: Any = None) -> None:
@@ -89,6 +94,18 @@ def _wait_for_message(
     return (True, got[0]) if got else (False, None)
 
 
+def _keep_handlers(*_: Any) -> None:
+    """Leave the signals to the stage."""
+
+
+def _at_exit(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    call = current_call()
+    if call is None or not isinstance(call.program, MainProgram):
+        return _real_at_exit(function, *args, **kwargs)
+    call.program.at_exit.append(partial(function, *args, **kwargs))
+    return function
+
+
 def _uuid4() -> uuid.UUID:
     call = current_call()
     if call is None:
@@ -128,7 +145,20 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
     (queue, {"SimpleQueue": queue._PySimpleQueue, "time": clocks.READERS["monotonic"]}),
     (random, {name: partial(_drawn, name, getattr(random, name)) for name in _DRAWS}),
     (uuid, {"uuid4": _uuid4}),
-    (rclpy, {"spin": _spin, "get_global_executor": _global_executor}),
+    (
+        rclpy,
+        {
+            "spin": _spin,
+            "get_global_executor": _global_executor,
+            "Context": ProgramContext,
+            "install_signal_handlers": _keep_handlers,
+            "uninstall_signal_handlers": _keep_handlers,
+        },
+    ),
+    (rclpy.context, {"Context": ProgramContext}),
+    (utilities, {"Context": ProgramContext}),
+    (rclpy.node, {"_rclpy": RclpyOfNodes()}),
+    (atexit, {"register": _at_exit}),
     (
         rclpy.executors,
         {

@@ -10,7 +10,7 @@ from rclpy.client import Client
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.programs.calls import Call, Program
-from bt_mission.programs.executors import ProgramExecutor
+from bt_mission.programs.executors import SPINS, ProgramExecutor
 from bt_mission.programs.places import frames_of, what_of
 
 _ANSWERED = {
@@ -67,7 +67,11 @@ def refuse_standstill(calls: Iterable[Call]) -> None:
     Raises:
         DeadlockError: With what each of them waits for.
     """
-    waiting = [call for call in calls if call.wait is not None and not call.wait.over.is_over]
+    waiting = [
+        call
+        for call in calls
+        if call.wait is not None and not call.wait.over.is_over and call.wait.what != SPINS
+    ]
     if waiting:
         raise DeadlockError(_text(waiting, "; nothing else will ever happen"))
 
@@ -122,4 +126,4 @@ def _is_stuck(
     program = waiting[0].program
     if any(call.program is program and call not in waiting for call in calls):
         return False
-    return bool(executors) and all(executor.free() is None for executor in executors)
+    return all(executor.free() is None for executor in executors)

@@ -83,7 +83,9 @@ def current_thread() -> Any:
     if call is None:
         return _real_current()
     if call.life.thread is None:
-        call.life.thread = Thread.of(call.life)
+        is_main = call.life is call.program.life
+        name = "MainThread" if is_main else f"ThreadPoolExecutor-0_{call.life.ident}"
+        call.life.thread = Thread.of(call.life, name)
     return call.life.thread
 
 
@@ -97,9 +99,9 @@ class Thread(threading.Thread):
     _joining: list[Wait]
 
     @classmethod
-    def of(cls, life: Life) -> Thread:
-        """Return the object of a thread that an executor has."""
-        thread = cls(name=f"ThreadPoolExecutor-0_{life.ident}", daemon=True)
+    def of(cls, life: Life, name: str) -> Thread:
+        """Return the object of a thread that the code has not started."""
+        thread = cls(name=name, daemon=False)
         thread._life, thread._joining = life, []
         return thread
 
@@ -115,6 +117,7 @@ class Thread(threading.Thread):
         program = call.program
         self._life, self._joining = program.host.new_life(), []
         self._life.thread = self
+        getattr(program, "threads", []).append(self)
         self._call = Call(program, self._life, None, None, None, self._run_to_end)
         self._start = Wait("starts a thread", is_timed=True)
         program.host.start(self._call)

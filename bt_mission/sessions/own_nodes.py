@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -14,10 +15,13 @@ from rclpy.node import Node
 from bt_mission.core.diagnostics import InputError, quoted
 from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.interrupts import TookTooLong, interrupted_after
+from bt_mission.core.stamps import NS
+from bt_mission.core.text import escape_lines
 from bt_mission.language.mission import NodeFactory
-from bt_mission.language.plugins import PythonError, find_factory
+from bt_mission.language.plugins import PythonError, find_factory, find_program, program_of
 from bt_mission.programs import Program, ProgramHost
 from bt_mission.programs.executors import ProgramExecutor
+from bt_mission.programs.mains import MainProgram
 from bt_mission.programs.replaced import adopt
 from bt_mission.ros.graph import as_default
 
@@ -60,7 +64,7 @@ class OwnNodes:
         host: ProgramHost | None = None,
         seed: int = 0,
     ) -> None:
-        self._context = context
+        self._context, self._host = context, host
         self._is_served = False
         self._made: list[tuple[Factory, Program, Node]] = []
         wanted: list[tuple[Factory, str]] = [(factory, "") for factory in shared]
@@ -70,13 +74,18 @@ class OwnNodes:
         for number, (factory, namespace) in enumerate(wanted):
             assert host is not None, "there is code of users"
             name = f"{seed}/{number}/{namespace}/{name_of(factory)}"
+            if isinstance(factory, NodeFactory) and _is_program(factory):
+                self._run(host, factory, name, namespace)
+                continue
             program = host.program(name_of(factory), name, context)
             self._make(host, program, factory, namespace)
 
     @property
     def nodes(self) -> list[Node]:
         """In the order in which they were made."""
-        return [node for *_, node in self._made]
+        made = [node for *_, node in self._made]
+        programs = [] if self._host is None else self._host.nodes
+        return [*made, *(node for node in programs if node not in made)]
 
     @property
     def actions(self) -> frozenset[str]:
@@ -145,6 +154,23 @@ class OwnNodes:
         with interrupted_after(LONGEST_S), as_default(self._context):
             host.make_node(program, make, take)
 
+    def _run(self, host: ProgramHost, factory: NodeFactory, seed: str, namespace: str) -> None:
+        """Run a whole program, whose lines go to the standard error output."""
+        try:
+            file, arguments = find_program(factory.target, factory.file)
+        except PythonError as error:
+            _refuse(factory, error.message, error.hint, error.code)
+        if namespace:
+            arguments += ["--ros-args", "-r", f"__ns:=/{namespace}"]
+
+        def say(line: str) -> None:
+            time_s = host.clock.now_ns / NS - 1
+            sys.stderr.write(f"{time_s:9.2f} s  {program.name}: {escape_lines(line)}\n")
+
+        program = MainProgram(host, seed, file, arguments, say)
+        with interrupted_after(LONGEST_S), as_default(self._context):
+            host.run_main(program, lambda: say(f"ended with exit code {program.exit_code}"))
+
     def _checked(self, factory: Factory, made: Any) -> Node:
         if not isinstance(made, Node):
             message = f"{name_of(factory)} returned {type(made).__name__}; expected an rclpy Node"
@@ -154,6 +180,13 @@ class OwnNodes:
             message = f"{name_of(factory)} created its node in another rclpy context"
             _refuse(factory, message, KEYWORDS)
         return made
+
+
+def _is_program(factory: NodeFactory) -> bool:
+    try:
+        return bool(program_of(factory.target))
+    except PythonError as error:
+        _refuse(factory, error.message, error.hint, error.code)
 
 
 def _serve(program: Program, node: Node) -> None:

@@ -21,6 +21,7 @@ from bt_mission.core.user_files import files_beside
 from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.plugins import parts_of
 from bt_mission.language.trees import all_steps
 
 MISSION_FOLDER, SHIPPED = "missions", "shipped"
@@ -151,7 +152,7 @@ def python_files(
     if simulator is not None:
         written.append((simulator.file, simulator.target))
     for file, target in written:
-        name, _, _ = target.rpartition(":")
+        name, _ = parts_of(target)
         if name.endswith(".py"):
             path = Path(file).resolve().parent / name
             yield path, name

@@ -314,7 +314,10 @@ def make(**options):
         ("nowhere.py:make", "no such file: nowhere.py"),
         ("no_such_package.server:make", "the module no_such_package.server cannot be imported"),
         ("server.py:MADE", "server.py:MADE is neither a function nor a class"),
-        ("countdown", "expected 'my_package.server:make' or 'server.py:make'"),
+        (
+            "countdown",
+            "expected 'my_package.server:make', 'server.py:make' or a program, 'server.py'",
+        ),
     ],
 )
 def test_factories_that_are_not_there(tmp_path: Path, target: str, words: str) -> None:

@@ -21,7 +21,9 @@ from bt_mission.language.plugins import (
     attributes_of,
     find_class,
     find_factory,
+    find_program,
     locate,
+    program_of,
 )
 
 
@@ -36,7 +38,8 @@ def factory_diagnostics(
         yield from mistakes
         if is_needed and permissions.python == "import" and not mistakes:
             try:
-                find_factory(factory.target, factory.file)
+                find = find_program if program_of(factory.target) else find_factory
+                find(factory.target, factory.file)
             except PythonError as error:
                 yield factory.diagnostic(error.code, error.message, error.hint)
 

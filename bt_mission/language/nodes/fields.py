@@ -26,6 +26,7 @@ _SHORT_TYPE = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z
 """The name of a type, also without its folder."""
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
+_NODE_OR_PROGRAM = re.compile(rf"{_FACTORY.pattern}|[\w./-]+\.py(\s[^\x00-\x1f]*)?")
 _TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
 _TREE_NAME = re.compile(r"[^\W\d][\w-]*")
 _QUANTITY = re.compile(r"[-+ ]*[.0-9]")
@@ -347,7 +348,10 @@ result_field = text_rule(_FIELD, "the name of a result field")
 python_target = text_rule(
     _TARGET, "'my_package.leaves:Approach', 'leaves.py:Approach' or the name of a plug-in"
 )
-node_factory = text_rule(_FACTORY, "'my_package.server:make' or 'server.py:make'")
+node_factory = text_rule(
+    _NODE_OR_PROGRAM, "'my_package.server:make', 'server.py:make' or a program, 'server.py'"
+)
+factory = text_rule(_FACTORY, "'my_package.server:make' or 'server.py:make'")
 action_name = text_rule(_ROS_NAME, "the name of an action such as /turn")
 action_type = _type_rule("action", "nav2_msgs/action/Spin")
 service_name = text_rule(_ROS_NAME, "the name of a service such as /stop")
@@ -391,9 +395,9 @@ ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
-Factory = Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]
+Factory = Annotated[str, PlainValidator(factory), TEXT_SCHEMA]
 """What makes something of the user's: a function or a class."""
-NodeFactories = list[Factory]
+NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
 """The factories of the user's nodes in a simulation."""
 InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
 Place = Annotated[Any, PlainValidator(place), WithJsonSchema({"type": ["array", "object"]})]

@@ -1,0 +1,228 @@
+"""Whole programs: a file that runs as ``python FILE`` runs it, with its own view of the process."""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from rclpy.context import Context
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from typing_extensions import override
+
+from bt_mission.programs.calls import Host, Program, current_call
+from bt_mission.programs.executors import SingleThreadedExecutor
+
+INTERRUPTED = 130
+"""The exit code of a program that a KeyboardInterrupt ends."""
+
+
+class ProgramContext(Context):
+    """A context of rclpy in a program: one that it shares with the stage, and alone shuts down."""
+
+    _is_up = False
+
+    @override
+    def init(self, args: Any = None, **_: Any) -> None:
+        call = current_call()
+        if call is None:
+            raise RuntimeError("a context of a program is initialized by its code")
+        if self.handle is not None:
+            raise RuntimeError("Context.init() must only be called once")
+        shared = call.program.host.clock.context
+        self._Context__context = shared.handle
+        self._is_up = True
+        if isinstance(call.program, MainProgram):
+            call.program.take_ros_args(sys.argv if args is None else args)
+
+    @override
+    def ok(self) -> bool:
+        return self._is_up
+
+    @override
+    def shutdown(self) -> None:
+        if self.handle is None:
+            raise RuntimeError("Context must be initialized before it can be shutdown")
+        if not self._is_up:
+            raise _rclpy.RCLError("failed to shutdown: rcl_shutdown already called on the context")
+        self.try_shutdown()
+
+    @override
+    def try_shutdown(self) -> None:
+        if self._is_up:
+            self._is_up = False
+            self._call_on_shutdown_callbacks()
+
+    @override
+    def on_shutdown(self, callback: Callable[[], None]) -> None:
+        if self.handle is not None and not self._is_up:
+            callback()
+        else:
+            super().on_shutdown(callback)
+
+    @override
+    def destroy(self) -> None:
+        """Leave the context to the stage."""
+
+
+class RclpyOfNodes:
+    """rclpy's compiled module, as ``rclpy.node`` sees it in a program."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the rest as it is."""
+        return getattr(_rclpy, name)
+
+    def Node(self, name: str, namespace: Any, context: Any, arguments: Any, *rest: Any) -> Any:  # noqa: N802 - of rclpy
+        """Return a new node, to which the arguments of its program apply."""
+        call = current_call()
+        if call is not None and isinstance(call.program, MainProgram) and call.program.ros_args:
+            arguments = [*(arguments or []), *call.program.ros_args]
+        return _rclpy.Node(name, namespace, context, arguments, *rest)
+
+
+class _Lines(io.TextIOBase):
+    """What a program prints, line by line."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say, self._begun = say, ""
+        self._lines: list[str] = []
+
+    @override
+    def write(self, text: str) -> int:
+        *lines, self._begun = (self._begun + text).split("\n")
+        self._lines += lines
+        return len(text)
+
+    def pass_on(self) -> None:
+        """Pass the lines on, once nothing of the program runs."""
+        lines, self._lines = self._lines, []
+        for line in lines:
+            self._say(line)
+
+    def end(self) -> None:
+        """Pass on a last line that has no end."""
+        if self._begun:
+            self.write("\n")
+
+
+class MainProgram(Program):
+    """A file that runs as ``__main__``.
+
+    Args:
+        seed: Of its random numbers.
+        file: The file, absolute.
+        arguments: After its name on the command line.
+        say: Receives the lines that it prints.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        seed: str,
+        file: Path,
+        arguments: Sequence[str],
+        say: Callable[[str], None],
+    ) -> None:
+        super().__init__(host, file.stem, seed, None)
+        self.file, self.argv = file, [str(file), *arguments]
+        self.output = _Lines(say)
+        self.exit_code: int | None = None
+        """None while it runs."""
+        self.ros_args: list[str] = []
+        self.threads: list[Any] = []
+        """Those that its end waits for."""
+        self.at_exit: list[Callable[[], Any]] = []
+        self.has_ros = False
+        """Whether it has called ``rclpy.init``."""
+        self._modules: dict[str, ModuleType] = {}
+        self._outside: tuple[Any, ...] = ()
+
+    def take_ros_args(self, argv: Sequence[str]) -> None:
+        """Take the arguments of ``rclpy.init`` that are for ROS."""
+        self.has_ros, self.ros_args = True, []
+        is_ros = False
+        for word in argv:
+            if word in ("--ros-args", "--"):
+                is_ros = word == "--ros-args"
+            elif is_ros:
+                self.ros_args.append(word)
+        if self.ros_args:
+            self.ros_args.insert(0, "--ros-args")
+
+    @override
+    def serving(self) -> Any:
+        executor = self.executor
+        if executor is None or executor._is_shutdown or not executor.context.ok():
+            self.executor = SingleThreadedExecutor(program=self)
+        return self.executor
+
+    @override
+    def swap_in(self) -> None:
+        main = sys.modules.get("__main__")
+        self._outside = (sys.argv, sys.stdout, sys.stderr, main, set(sys.modules))
+        sys.argv, sys.stdout, sys.stderr = self.argv, self.output, self.output
+        sys.modules.update(self._modules)
+        sys.path.insert(0, str(self.file.parent))
+
+    @override
+    def swap_out(self) -> None:
+        sys.argv, sys.stdout, sys.stderr, main, before = self._outside
+        folder = str(self.file.parent)
+        if folder in sys.path:
+            sys.path.remove(folder)
+        for name in sys.modules.keys() - before:
+            file = getattr(sys.modules[name], "__file__", None) or ""
+            if name in self._modules or Path(file).is_relative_to(folder):
+                self._modules[name] = sys.modules.pop(name)
+        if main is not None:
+            sys.modules["__main__"] = main
+        self.output.pass_on()
+
+    def run(self) -> None:
+        """Run the program to its end, in a call."""
+        try:
+            code = self._code_of(self._run_file)
+            for thread in self.threads:
+                if not thread.daemon:
+                    thread.join()
+            for function in reversed(self.at_exit):
+                function()
+            self.exit_code = code
+        finally:
+            self.output.end()
+
+    def _code_of(self, function: Callable[[], None]) -> int:
+        try:
+            function()
+        except SystemExit as end:
+            if end.code is None or isinstance(end.code, int):
+                return end.code or 0
+            self.output.write(f"{end.code}\n")
+        except KeyboardInterrupt:
+            traceback.print_exc(file=self.output)
+            return INTERRUPTED
+        except Exception:  # noqa: BLE001 - whatever a program raises
+            traceback.print_exc(file=self.output)
+        else:
+            return 0
+        return 1
+
+    def _run_file(self) -> None:
+        """Run the file, and its `main` if it only defines one, as a console script does."""
+        loader = SourceFileLoader("__main__", str(self.file))
+        spec = importlib.util.spec_from_file_location("__main__", self.file, loader=loader)
+        assert spec is not None
+        module = importlib.util.module_from_spec(spec)
+        self._modules["__main__"] = sys.modules["__main__"] = module
+        loader.exec_module(module)
+        main = getattr(module, "main", None)
+        if not self.has_ros and callable(main):
+            main()
+        if not self.has_ros:
+            raise SystemExit(f"{self.file.name} ended without rclpy.init(): it has no main()")

@@ -1,0 +1,275 @@
+"""Whole programs: files that run as ``python FILE`` runs them, on the virtual clock."""
+
+from __future__ import annotations
+
+import gc
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from greenlet import greenlet
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.programs.mains import MainProgram
+from bt_mission.sessions.drive import drive
+from bt_mission.sessions.load import load
+from bt_mission.sessions.stage import Stage
+
+SERVER = """\
+import sys
+import time
+import rclpy
+from example_interfaces.action import Fibonacci
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+from numbers_of import add
+
+
+class Server(Node):
+    def __init__(self):
+        super().__init__("server")
+        self.server = ActionServer(
+            self, Fibonacci, "fib", self.execute, callback_group=ReentrantCallbackGroup(),
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+        )
+
+    def execute(self, goal):
+        numbers = [0, 1]
+        for _ in range(goal.request.order):
+            if goal.is_cancel_requested:
+                goal.canceled()
+                return Fibonacci.Result(sequence=numbers)
+            numbers.append(add(*numbers[-2:]))
+            goal.publish_feedback(Fibonacci.Feedback(sequence=numbers))
+            time.sleep(1)
+        goal.succeed()
+        return Fibonacci.Result(sequence=numbers)
+
+
+def main():
+    rclpy.init()
+    node = Server()
+    if "several" in sys.argv:
+        executor = MultiThreadedExecutor()
+        executor.add_node(node)
+        executor.spin()
+    else:
+        rclpy.spin(node)
+
+
+if __name__ == "__main__":
+    main()
+"""
+CLIENT = """\
+import rclpy
+from example_interfaces.action import Fibonacci
+from rclpy.action import ActionClient
+from rclpy.node import Node
+
+
+class Client(Node):
+    def __init__(self):
+        super().__init__("client")
+        self.count = 0
+        self.client = ActionClient(self, Fibonacci, "fib")
+        self.client.wait_for_server()
+        goal = Fibonacci.Goal(order=20)
+        self.client.send_goal_async(goal, self.feedback).add_done_callback(self.accepted)
+
+    def accepted(self, future):
+        self.goal = future.result()
+        self.goal.get_result_async().add_done_callback(self.done)
+
+    def feedback(self, _):
+        self.count += 1
+        if self.count == 5:
+            self.goal.cancel_goal_async()
+
+    def done(self, future):
+        print("status", future.result().status, "numbers", len(future.result().result.sequence))
+        rclpy.shutdown()
+
+
+def main():
+    rclpy.init()
+    rclpy.spin(Client())
+
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+@pytest.fixture
+def run(programs: Any, tmp_path: Path) -> Callable[..., Any]:
+    """Run programs until those that are waited for have ended; return what they have printed."""
+    (tmp_path / "numbers_of.py").write_text("def add(a, b): return a + b\n", encoding="utf-8")
+    printed: list[tuple[float, str]] = []
+
+    def started(code: str, *arguments: str, name: str = "program") -> MainProgram:
+        file = tmp_path / f"{name}.py"
+        file.write_text(code, encoding="utf-8")
+        program = MainProgram(
+            programs.host,
+            f"0/{name}",
+            file,
+            arguments,
+            lambda line: printed.append((programs.rig.now_s, line)),
+        )
+        programs.host.run_main(program, lambda: None)
+        return program
+
+    def run_to_end(code: str, *arguments: str, beside: Any = None) -> Any:
+        printed.clear()
+        if beside is not None:
+            started(*beside, name="beside")
+        program = started(code, *arguments)
+        programs.rig.clock.run_until_quiet()
+        while program.exit_code is None:
+            programs.rig.step()
+        programs.rig.clock.run_until_quiet()
+        return program.exit_code, list(printed)
+
+    return run_to_end
+
+
+@pytest.mark.parametrize(
+    ("argument", "line"),
+    [("several", (5.0, "status 5 numbers 7")), ("one", (20.0, "status 4 numbers 22"))],
+)
+def test_a_server_and_a_client_run_as_they_are(run: Any, argument: str, line: Any) -> None:
+    """The executor of the server decides when it takes the cancel request, as on a robot."""
+    assert run(CLIENT, beside=(SERVER, argument)) == (0, [line])
+
+
+ENDS = [
+    ("import rclpy\nrclpy.init()\nrclpy.shutdown()\n", 0, []),
+    ("import rclpy\ndef main():\n    rclpy.init()\n    print('in main')\n", 0, ["in main"]),
+    ("import sys, rclpy\nrclpy.init()\nsys.exit(3)\n", 3, []),
+    ("import sys, rclpy\nrclpy.init()\nsys.exit('no map')\n", 1, ["no map"]),
+    ("import rclpy\nrclpy.init()\nrclpy.init()\n", 1, ["Context.init() must only be called once"]),
+    ("import rclpy\nrclpy.init()\n1 / 0\n", 1, ["line 3", "ZeroDivisionError"]),
+    ("class Server: pass\n", 1, ["program.py ended without rclpy.init(): it has no main()"]),
+    (
+        (
+            "import atexit, threading, time, rclpy\nrclpy.init()\natexit.register(print, 'exit')\n"
+            "threading.Thread(target=lambda: (time.sleep(1), print('thread'))).start()\n"
+            "threading.Thread(target=time.sleep, args=(9,), daemon=True).start()\nprint('main')\n"
+        ),
+        0,
+        ["main", "thread", "exit"],
+    ),
+    (
+        (
+            "import rclpy\nrclpy.init()\nnode = rclpy.create_node('n')\n"
+            "def tick():\n    print('tick')\n    raise SystemExit(4)\n"
+            "node.create_timer(1.0, tick)\nrclpy.spin(node)\n"
+        ),
+        4,
+        ["tick"],
+    ),
+    (
+        (
+            "import rclpy\nrclpy.init()\nnode = rclpy.create_node('n')\n"
+            "def tick():\n    rclpy.shutdown()\n"
+            "node.create_timer(1.0, tick)\nrclpy.spin(node)\nprint(rclpy.ok())\n"
+        ),
+        0,
+        ["False"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("code", "exit_code", "lines"), ENDS)
+def test_a_program_ends_as_a_process_does(run: Any, code: str, exit_code: int, lines: Any) -> None:
+    """With the exit code of Python; what it prints is kept."""
+    code_, printed = run(code)
+    assert code_ == exit_code
+    text = "\n".join(line for _, line in printed)
+    assert [line for line in lines if line not in text] == [], text
+
+
+def test_each_program_has_its_own_process(run: Any) -> None:
+    """Its arguments, its modules and their state, and the names of its nodes."""
+    code = (
+        "import sys, rclpy, numbers_of\n"
+        "numbers_of.count = getattr(numbers_of, 'count', 0) + 1\n"
+        "rclpy.init()\nnode = rclpy.create_node('n')\n"
+        "speed = node.declare_parameter('speed', 0.1).value\n"
+        "print(sys.argv[1:2], numbers_of.count, node.get_name(), speed, __name__)\n"
+    )
+    arguments = ("fast", "--ros-args", "-r", "__node:=m", "-p", "speed:=0.5")
+    before = sys.argv, sys.stdout, sys.path[:], sys.modules["__main__"], sys.modules.keys() - ()
+    expected = (0, [(0.0, "['fast'] 1 m 0.5 __main__")])
+    assert run(code, *arguments) == run(code, *arguments) == expected
+    after = sys.argv, sys.stdout, sys.path[:], sys.modules["__main__"], sys.modules.keys() - ()
+    assert before == after
+
+
+def test_many_runs_leave_nothing_behind(run: Any, programs: Any) -> None:
+    """No greenlet, no node, no module."""
+
+    def there() -> tuple[int, int, list[str]]:
+        gc.collect()
+        suspended = sum(isinstance(each, greenlet) for each in gc.get_objects())
+        return suspended, len(programs.rig.clock.get_nodes()), sorted(sys.modules)
+
+    code = (
+        "import rclpy\nrclpy.init()\nnode = rclpy.create_node('n')\n"
+        "node.create_timer(0.1, rclpy.shutdown)\nrclpy.spin(node)\n"
+    )
+    run(code)
+    programs.rig.clock.run_until_quiet()
+    before = there()
+    for _ in range(10):
+        run(code)
+    assert there() == before
+
+
+MISSION = """\
+mission: fib
+world: empty_arena
+nodes: ["{program}"]
+tree:
+  action: {{name: fib, type: example_interfaces/action/Fibonacci, goal: {{order: 20}}}}
+  cancel_when: len(sequence) >= 7
+  on_cancel: success
+"""
+
+
+def test_a_mission_runs_with_a_program(tmp_path: Path) -> None:
+    """`nodes` names its file, and its arguments."""
+    (tmp_path / "numbers_of.py").write_text("def add(a, b): return a + b\n", encoding="utf-8")
+    (tmp_path / "server.py").write_text(SERVER, encoding="utf-8")
+    path = tmp_path / "fib.yaml"
+    path.write_text(MISSION.format(program="server.py several --ros-args -p a:=1"), "utf-8")
+    reports: list[Any] = []
+    for _ in range(2):
+        with Stage(load(path), image_folder=tmp_path) as stage:
+            reports += drive(stage)
+    assert [(report.status, report.virtual_s) for report in reports] == [("success", 5.05)] * 2
+    assert len({report.trace_sha256 for report in reports}) == 1
+
+
+@pytest.mark.parametrize(
+    ("program", "code", "message"),
+    [
+        ("none.py", "", "no such file: none.py"),
+        ("server.py", "import rospy\n", "server.py is a program for ROS 1: it imports rospy"),
+        ("server.py", "def main(:\n", "server.py cannot be imported: SyntaxError"),
+        ("server.py 'x", "", "the arguments cannot be read: No closing quotation"),
+    ],
+)
+def test_what_is_no_program_is_refused(
+    tmp_path: Path, program: str, code: str, message: str
+) -> None:
+    """With its place in the mission."""
+    (tmp_path / "server.py").write_text(code, encoding="utf-8")
+    path = tmp_path / "fib.yaml"
+    path.write_text(MISSION.format(program=program), encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        Stage(load(path), image_folder=tmp_path)
