@@ -168,8 +168,12 @@ class OwnNodes:
             sys.stderr.write(f"{time_s:9.2f} s  {program.name}: {escape_lines(line)}\n")
 
         program = MainProgram(host, seed, file, arguments, say)
-        with interrupted_after(LONGEST_S), as_default(self._context):
-            host.run_main(program, lambda: say(f"ended with exit code {program.exit_code}"))
+        try:
+            with interrupted_after(LONGEST_S), as_default(self._context):
+                host.run_main(program, lambda: say(f"ended with exit code {program.exit_code}"))
+        except TookTooLong:
+            message = f"{file.name} computed for {LONGEST_S:g} s without waiting"
+            _refuse(factory, message, "it must spin, sleep or end")
 
     def _checked(self, factory: Factory, made: Any) -> Node:
         if not isinstance(made, Node):
