@@ -47,8 +47,8 @@ ROWS = (
     Answer("confirm_cancel", "cancel", "confirms the cancel"),
     Answer("refuse_cancel", "cancel", "refuses to cancel", 1),
     Answer("ignore_cancel", "cancel", "does not answer the cancel", 1),
-    Answer("succeed_first", "cancel", "succeeds before it is cancelled", 1, is_rare=True),
-    Answer("abort_first", "cancel", "aborts before it is cancelled", 1, is_rare=True),
+    Answer("succeed_first", "cancel", "succeeds before it is cancelled"),
+    Answer("abort_first", "cancel", "aborts before it is cancelled", 1),
     Answer("respond", "called", "answers"),
     Answer("fail", "called", "answers without success", 1),
     Answer("no_response", "called", "does not answer", 1),
@@ -62,10 +62,14 @@ ROWS = (
     Answer("running", "python", "takes its time"),
     Answer("raise", "python", "raises an exception", 1),
 )
+SILENT = frozenset(("no_answer", "ignore_cancel", "no_response"))
+"""The rows after which nothing comes: it makes no difference when that is decided."""
 ANSWERS: Mapping[str, Answer] = {row.name: row for row in ROWS}
 LATE = "late"
 """The name of the fault that a limit is met while its server works."""
-NAMES = (*(row.name for row in ROWS if row.faults), LATE)
+EXTREME = "extreme"
+"""The name of the fault that a number is not finite, NaN, or greater than any usual one."""
+NAMES = (*(row.name for row in ROWS if row.faults), LATE, EXTREME)
 """The answers that a file may leave out."""
 
 
@@ -99,9 +103,13 @@ class AnswerSet:
             ]
         return known
 
+    def is_ever(self, fault: str, name: str) -> bool:
+        """May a server, a service, a topic or a class have this fault?"""
+        return fault not in self._left_out(name)
+
     def is_ever_late(self, name: str) -> bool:
         """May a limit of this server be met while it works?"""
-        return LATE not in self._left_out(name)
+        return self.is_ever(LATE, name)
 
     def _left_out(self, name: str) -> frozenset[str]:
         bare = name.strip("/")

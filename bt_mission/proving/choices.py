@@ -17,11 +17,13 @@ class Option(NamedTuple):
         words: What happens, for people; "" for nothing worth a line.
         faults: 0 where it is usual, 1 where it is a fault of the environment.
         act: Makes it happen; None where the caller does so.
+        is_event: Does it make a difference when it happens?
     """
 
     words: str
     faults: int = 0
     act: Callable[[], None] | None = None
+    is_event: bool = True
 
 
 NOTHING = Option("")
@@ -50,13 +52,15 @@ class Met(NamedTuple):
 
     Attributes:
         limits: Those that were running before the step and still are, by their index.
-        are_over: Of each of them.
+        are_over: Of each of them; or, where that is asked, whether it is over first.
         faults: What it costs.
+        is_order: Is it asked which of them are over first?
     """
 
     limits: tuple[int, ...]
     are_over: tuple[bool, ...]
     faults: float
+    is_order: bool = False
 
 
 Turn = Chosen | Met
@@ -119,13 +123,20 @@ class Choices:
             self.words.append(options[index].words)
         return index
 
-    def meet(self, limits: tuple[int, ...], are_over: tuple[bool, ...], faults: float) -> None:
-        """Note which limits are over, and count their faults.
+    def meet(
+        self,
+        limits: tuple[int, ...],
+        are_over: tuple[bool, ...],
+        faults: float,
+        *,
+        is_order: bool = False,
+    ) -> None:
+        """Note which limits are over, or over first, and count their faults.
 
         Raises:
             OutOfFaultsError: When they are too many, or a server is late that never is.
         """
-        self.trail.append(Met(limits, are_over, faults))
+        self.trail.append(Met(limits, are_over, faults, is_order))
         self.pay(faults)
 
     def pay(self, faults: float) -> None:

@@ -14,19 +14,20 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.runtime import Generator
 from bt_mission.language.follow import Follow
-from bt_mission.proving.answers import Answer, AnswerSet
+from bt_mission.proving.answers import ANSWERS, EXTREME, SILENT, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
-from bt_mission.proving.goal_servers import Question
+from bt_mission.proving.domains import attribute_domain
+from bt_mission.proving.goal_servers import NOT_YET, Question
+from bt_mission.proving.uses import Use
 from bt_mission.proving.values import (
+    Known,
+    Message,
     ValueCases,
     assign,
     default_fields,
     more_words,
 )
 from bt_mission.ros.interface_types import fill, service_type, topic_type
-
-DRAWS = (0.5, 0.0, 1 - 2**-53)
-"""Values of a draw from 0 to 1 on which a condition may depend; the first one elsewhere."""
 
 
 class Service:
@@ -97,12 +98,17 @@ class Service:
                 continue
             if row.name == "fail" and not self.has_success:
                 continue
-            for fields in self._responses():
-                given = {"success": row.name != "fail"} | fields
-                options.append(
-                    _option(self.name, row, partial(self._respond, given), more_words(fields))
-                )
-        yield tuple(options)
+            for fields, faults in self._responses():
+                given = {"success": row.name != "fail", **fields}
+                respond = partial(self._respond, given)
+                option = _option(self.name, row, respond, more_words(fields))
+                options.append(option._replace(faults=option.faults + faults))
+        yield (*options, NOT_YET)
+
+    @property
+    def is_owed(self) -> bool:
+        """Does it owe an answer that it will give?"""
+        return bool(self.calls) and not self.is_mute
 
     def _fall_silent(self) -> None:
         self.is_mute = True
@@ -113,9 +119,10 @@ class Service:
         self.on_response(known)
         answer(assign(response, known))
 
-    def _responses(self) -> Iterator[dict[str, Any]]:
+    def _responses(self) -> list[Message]:
         outputs = self._evaluator_of(self.calls[0][0]).node.outputs
-        yield from self._cases.of_outputs(outputs, self._type.Response(), ("success",))
+        responses = self._cases.of_outputs(outputs, self._type.Response(), ("success",))
+        return usual_of(responses, self._answers, self.name)
 
     @property
     def key(self) -> tuple[Any, ...]:
@@ -125,7 +132,11 @@ class Service:
 
 
 class Topic:
-    """A topic on which anything may be published; implements ``LatestMessage``."""
+    """A topic on which anything may be published; implements ``LatestMessage``.
+
+    A message is one object: each field that somebody reads has each of its values. Between two
+    ticks as many messages may come as there are readers.
+    """
 
     def __init__(
         self,
@@ -145,11 +156,19 @@ class Topic:
         self.listeners: list[Callable[[Any], None]] = []
         self.on_message: Callable[[Mapping[str, Any]], None] = _ignore
         """Called with the fields of each message."""
-        self.value: Any = None
-        """The value of the field that a variable follows; None before the first message."""
+        self.value: Mapping[str, Any] | None = None
+        """The followed fields of the newest message; None before the first one."""
         self.is_quiet = False
         self.count = 0
         """The number of its messages."""
+        self._followed: dict[str, list[str]] = Known()
+        for follow in follows:
+            self._followed.setdefault(follow.settings.field, []).append(follow.variable)
+
+    @property
+    def has_limit(self) -> bool:
+        """Does a variable become too old without new messages?"""
+        return any(follow.settings.timeout is not None for follow in self._follows)
 
     def listen(self, listener: Callable[[Any], None]) -> None:
         """Hand messages to a listener."""
@@ -169,63 +188,79 @@ class Topic:
 
     def beat(self) -> None:
         """Publish the last value again, where it would become too old otherwise."""
-        has_limit = any(follow.settings.timeout is not None for follow in self._follows)
-        if has_limit and self.value is not None and not self.is_quiet:
-            self._publish(self._field_of(self.value))
+        if self.has_limit and self.value is not None and not self.is_quiet:
+            self._publish(self.value)
 
     def questions(self) -> Iterator[Question]:
         """Yield which messages may come."""
-        options: list[Option] = []
-        for row in self._answers.at("topic", self.name):
-            options += self._met(row)
-        for row in self._answers.at("followed", self.name) if self._follows else ():
-            options += self._followed(row)
+        waiting = self._waiting(self)
+        options = self._messages(waiting)
         if options:
-            yield (NOTHING, *options)
+            for _ in range(len(waiting) + bool(self._follows)):
+                yield (NOTHING, *options)
 
-    def _met(self, row: Answer) -> Iterator[Option]:
-        for leaf in self._waiting(self):
+    def _messages(self, waiting: list[WaitFor]) -> list[Option]:
+        if self.is_quiet or not (waiting or self._follows):
+            return []
+        row = ANSWERS["value" if self._follows else "message"]
+        options = []
+        for fields, faults in self._differing(waiting):
+            if self._changes_something(fields, waiting):
+                words = more_words(fields).removeprefix(",")
+                option = _option(self.name, row, partial(self._send, fields), words)
+                options.append(option._replace(faults=faults))
+        if self.has_limit and self.value is not None:
+            options += [
+                _option(self.name, row, self._fall_quiet)
+                for row in self._answers.at("followed", self.name)
+                if row.name == "quiet"
+            ]
+        return options
+
+    def _differing(self, waiting: list[WaitFor]) -> list[Message]:
+        read = {name: list(variables) for name, variables in self._followed.items()}
+        conditions: list[Use] = []
+        variables: dict[str, Any] = {}
+        for leaf in waiting:
             values = self._evaluator_of(leaf)
-            fields = self._cases.message_that(
-                values.node.condition, self._type, values.scope.values, holds=True
-            )
-            if fields is None:
-                continue
-            outputs = values.node.outputs
-            for more in self._cases.of_outputs(outputs, self._type(), fields):
-                given = fields | more
-                yield _option(self.name, row, partial(self._publish, given), more_words(given))
+            for name, variable in values.node.outputs.items():
+                read.setdefault(name, []).append(variable)
+            conditions.append(self._cases.condition_of(values.node))
+            variables |= values.scope.values
+        message = self._cases.message(self._type, {})
+        messages = self._cases.messages(message, read, conditions, variables, self._followed)
+        return usual_of(messages, self._answers, self.name)
 
-    def _followed(self, row: Answer) -> Iterator[Option]:
-        follow = self._follows[0]
-        if row.name == "quiet":
-            if not self.is_quiet and follow.settings.timeout is not None:
-                yield _option(self.name, row, self._fall_quiet)
-            return
-        if self.is_quiet:
-            return
-        field = follow.settings.field
-        default = default_fields(self._type(), [field]).get(field)
-        for value in self._cases.of(follow.variable, default):
-            if value != self.value or type(value) is not type(self.value):
-                more = f" {field} = {value!r}"
-                yield _option(self.name, row, partial(self._send, value), more)
+    def _changes_something(self, fields: Mapping[str, Any], waiting: list[WaitFor]) -> bool:
+        """Does a message give a followed variable another value, or end a wait?"""
+        if self._follows and repr(self._kept(fields)) != repr(self.value):
+            return True
+        message = self._cases.message(self._type, fields)
+        for leaf in waiting:
+            values = self._evaluator_of(leaf)
+            use = self._cases.condition_of(values.node)
+            if self._cases.answer(use, message, values.scope.values) is not False:
+                return True
+        return False
+
+    def _kept(self, fields: Mapping[str, Any]) -> Mapping[str, Any]:
+        message = self._cases.message(self._type, fields)
+        return default_fields(message, self._followed)
 
     def _fall_quiet(self) -> None:
         self.is_quiet = True
 
-    def _send(self, value: Any) -> None:
-        self.value = value
-        self._publish(self._field_of(value))
-
-    def _field_of(self, value: Any) -> dict[str, Any]:
-        return {follow.settings.field: value for follow in self._follows}
+    def _send(self, fields: Mapping[str, Any]) -> None:
+        if self._follows:
+            self.value = self._kept(fields)
+        self._publish(fields)
 
     def _publish(self, fields: Mapping[str, Any]) -> None:
         self.count += 1
         self.on_message(fields)
+        message = self._cases.message(self._type, fields)
         for listener in tuple(self.listeners):
-            listener(assign(self._type(), fields))
+            listener(message)
 
     @property
     def key(self) -> tuple[Any, ...]:
@@ -275,6 +310,7 @@ class AnyBehaviour(Leaf):
 
     def __init__(self, node: Any, values: Evaluator) -> None:
         super().__init__(node, values)
+        self._domains = Known()
         self.answer = ""
         """The name of the row, or "running"."""
         self.on_answer: Callable[[], None] = _ignore
@@ -317,11 +353,19 @@ class AnyBehaviour(Leaf):
         return {name: values[variable] for name, variable in self._node.outputs.items()}
 
     def _write_outputs(self) -> None:
-        for variable in self._node.outputs.values():
-            values = self._cases.of(variable, 0.0)
-            options = [Option(f"'{self.name}' gives {variable} = {entry!r}") for entry in values]
+        for attribute, variable in self._node.outputs.items():
+            if attribute not in self._domains:
+                found = attribute_domain(self._node, self._values.file, attribute)
+                self._domains[attribute] = found or self._cases.guessed(variable, self.name)
+            cases = self._cases.of(self._domains[attribute], variable)
+            if not self._answers.is_ever(EXTREME, self.name):
+                cases = [case for case in cases if not case.faults]
+            options = [
+                Option(f"'{self.name}' gives {variable} = {case.value!r}", case.faults)
+                for case in cases
+            ]
             index = self._choices.choose(options) if len(options) > 1 else 0
-            self._values.scope.values[variable] = values[index]
+            self._values.scope.values[variable] = cases[index].value
 
     def questions(self) -> Iterator[Question]:
         """Yield how it may end, while it runs."""
@@ -343,19 +387,22 @@ class Draw(Random):
 
     Args:
         name: Of the node that draws.
-        values: A draw from 0 to 1 has one of these values.
+        values: Returns the values that a draw from 0 to 1 may have.
     """
 
-    def __init__(self, name: str, choices: Choices, values: tuple[float, ...]) -> None:
+    def __init__(
+        self, name: str, choices: Choices, values: Callable[[], tuple[float, ...]]
+    ) -> None:
         super().__init__(0)
         self._name, self._choices, self._values = name, choices, values
 
     def random(self) -> float:
         """Choose a number."""
-        if len(self._values) == 1:
-            return self._values[0]
-        options = [Option(f"{self._name} draws {value:.3g} of 1") for value in self._values]
-        return self._values[self._choices.choose(options)]
+        values = self._values()
+        if len(values) == 1:
+            return values[0]
+        options = [Option(f"{self._name} draws {value:.3g} of 1") for value in values]
+        return values[self._choices.choose(options)]
 
     def choices(
         self, population: Any, weights: Any = None, *, cum_weights: Any = None, k: int = 1
@@ -388,10 +435,18 @@ class Draws(dict[str, Generator]):
         return self[name]
 
 
+def usual_of(messages: list[Message], answers: AnswerSet, name: str) -> list[Message]:
+    """Return messages without those with extreme numbers, where these are left out."""
+    if answers.is_ever(EXTREME, name):
+        return messages
+    return [entry for entry in messages if not entry.faults]
+
+
 def _option(
     name: str, row: Answer, act: Callable[[], None] | None = None, more: str = ""
 ) -> Option:
-    return Option(f"{name} {row.words}{more}" if row.words else "", row.faults, act)
+    words = f"{name} {row.words}{more}" if row.words else ""
+    return Option(words, row.faults, act, row.name not in SILENT)
 
 
 def _ignore(*_: Any) -> None:

@@ -53,10 +53,11 @@ from bt_mission.proving.choices import (
     OutOfFaultsError,
     Script,
 )
-from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Draws, Service, Speech, Topic
-from bt_mission.proving.goal_servers import GoalServer, Question
+from bt_mission.proving.clients import AnyBehaviour, Draws, Speech
+from bt_mission.proving.goal_servers import Question
 from bt_mission.proving.limits import Due, RunningLimits
 from bt_mission.proving.memento import Keeper, Memento
+from bt_mission.proving.offered import OfferedClients, full_name
 from bt_mission.proving.requirements import RequirementMonitors
 from bt_mission.proving.state_key import (
     LOST,
@@ -90,6 +91,8 @@ class _Moment:
         """The last key without times."""
         self.limits: tuple[Due, ...] = ()
         """The limits that were running behind the last tick."""
+        self.open: tuple[Due, ...] = ()
+        """Those that may be over at any tick."""
 
 
 class _Tip:
@@ -108,7 +111,7 @@ class _Tip:
         return tuple(path)
 
 
-class Environment:
+class Environment(OfferedClients):
     """A mission, its executive and everything that answers them; implements ``Runtime``.
 
     Args:
@@ -119,6 +122,8 @@ class Environment:
         rounds: Counts of `repeat` above it are cut to it; 0 for no bound and exact deadlines.
             None opens those above 10.
         requirements: What is evaluated behind each tick.
+        is_untimed: May every limit be over at any tick? So all orders of instants are among those
+            that are explored, and some that no run has.
     """
 
     def __init__(
@@ -130,28 +135,24 @@ class Environment:
         has_interrupts: bool = False,
         rounds: int | None = None,
         requirements: Sequence[Requirement] = (),
+        is_untimed: bool = False,
     ) -> None:
-        self.mission, self.rounds = mission, rounds
+        cases = ValueCases(mission, requirements)
+        super().__init__(mission, answers or AnswerSet(), Choices(faults), cases)
+        self.rounds = rounds
         self.cut: dict[str, int] = {}
         """The counts that were cut, by the name of the node."""
         self.opened: dict[str, int] = {}
         """The counts that are open, by the name of the node."""
-        self.answers = answers or AnswerSet()
-        self.choices = Choices(faults)
-        self.cases = ValueCases(mission, requirements)
         self._moment = _Moment(may_interrupt=has_interrupts)
         self.is_stuck = self.is_quiet = False
         """Did nothing happen in the last step; and is no limit running?"""
+        self.has_answered = False
+        """Did something happen in the last step that might have happened at another instant?"""
         self.ticked_ns = START_NS
         """The instant of the last tick, ns. Where it was quiet, time has passed since."""
         self.entered: set[int] = set()
         """Indices of the nodes that have changed their status in the last step."""
-        self._used: list[Any] = []
-        """The servers that the last step has used."""
-        self._goal_servers: dict[str, GoalServer] = {}
-        self._services: dict[str, Service] = {}
-        self._topics: dict[str, Topic] = {}
-        self._speeches: dict[str, Speech] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed, Draws(self.draw))
         self.ledger = Ledger(0, CANCEL_GRACE_NS, retry_ns=NEVER_NS, server_check_ns=0)
         behaviours = MappingProxyType(
@@ -180,9 +181,11 @@ class Environment:
             self.executive,
             self.ledger,
             self._goal_servers,
+            self._services,
             self._topics,
             self.answers,
-            () if rounds == 0 else loose_deadlines(nodes, self._evaluators),
+            () if rounds == 0 or is_untimed else loose_deadlines(nodes, self._evaluators),
+            are_all_open=is_untimed,
         )
         self._loose = self._limits.loose
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
@@ -236,26 +239,6 @@ class Environment:
         return self._moment.now_ns
 
     @property
-    def goal_servers(self) -> tuple[GoalServer, ...]:
-        """The servers of the actions."""
-        return tuple(self._goal_servers.values())
-
-    @property
-    def services(self) -> tuple[Service, ...]:
-        """The services that the mission calls."""
-        return tuple(self._services.values())
-
-    @property
-    def topics(self) -> tuple[Topic, ...]:
-        """The topics that the mission reads."""
-        return tuple(self._topics.values())
-
-    @property
-    def publishers(self) -> tuple[Speech, ...]:
-        """The topics on which the mission publishes."""
-        return tuple(self._speeches.values())
-
-    @property
     def any_behaviours(self) -> tuple[AnyBehaviour, ...]:
         """The leaves that stand for classes of the user's."""
         return tuple(self._any_behaviours)
@@ -267,7 +250,9 @@ class Environment:
             for node in self.executive.nodes
             if isinstance(node, PublishLeaf)
         ]
-        return max(int(node.readers) for node in written if _full(node.ros_name) == publisher.name)
+        return max(
+            int(node.readers) for node in written if full_name(node.ros_name) == publisher.name
+        )
 
     @property
     def abstracted(self) -> Iterator[str]:
@@ -288,89 +273,6 @@ class Environment:
         before, orphaned, _ = self.executive.reason.partition(ORPHANED)
         return before.removesuffix("; ") or orphaned
 
-    # ---- for the leaves ---------------------------------------------------------------------
-
-    def goal_client(self, action: str, type_name: str) -> GoalServer:
-        """The client of an action."""
-        name = _full(action)
-        if name not in self._goal_servers:
-            self._goal_servers[name] = GoalServer(
-                name,
-                type_name,
-                self.choices,
-                self.answers,
-                self.cases,
-                lambda leaf: self._evaluators[leaf],
-                self._used.append,
-            )
-        return self._goal_servers[name]
-
-    def service_client(self, service: str, type_name: str) -> Service:
-        """The client of a service."""
-        name = _full(service)
-        if name not in self._services:
-            self._services[name] = Service(
-                name,
-                type_name,
-                self.choices,
-                self.answers,
-                self.cases,
-                lambda: self._services_called,
-                lambda leaf: self._evaluators[leaf],
-                self._used.append,
-            )
-        return self._services[name]
-
-    def subscriber(self, topic: str, type_name: str) -> Topic:
-        """The messages of a topic."""
-        name = _full(topic)
-        if name not in self._topics:
-            follows = [
-                follow
-                for tree in self.mission.all_trees
-                for follow in tree.follow
-                if _full(follow.settings.topic) == name
-            ]
-            self._topics[name] = Topic(
-                name,
-                type_name,
-                self.answers,
-                self.cases,
-                self._waiting,
-                lambda leaf: self._evaluators[leaf],
-                follows,
-            )
-        return self._topics[name]
-
-    def publisher(self, topic: str, type_name: str) -> Speech:
-        """The publisher of a topic."""
-        name = _full(topic)
-        if name not in self._speeches:
-            self._speeches[name] = Speech(name, type_name, self.choices, self.answers)
-        return self._speeches[name]
-
-    def log(self, text: str) -> None:
-        """Nobody watches."""
-
-    def warn(self, text: str) -> None:
-        """Nobody watches."""
-
-    def draw(self, name: str) -> Draw:
-        """Return the generator of a node or of one of its conditions."""
-        path = name.partition("/")[0]
-        node = self.mission.node_at(path)
-        is_seen = node is not None and node.kind in ("check", "when", "guard", "repeat", "set")
-        label = f"'{node.label}'" if node is not None else name
-        return Draw(label, self.choices, DRAWS if is_seen else DRAWS[:1])
-
-    def _waiting(self, topic: Topic) -> list[WaitFor]:
-        return [
-            node
-            for node in self._waits
-            if node.status is Status.RUNNING
-            and _full(self._evaluators[node].node.ros_name) == topic.name
-        ]
-
     # ---- one step ---------------------------------------------------------------------------
 
     @property
@@ -387,7 +289,7 @@ class Environment:
         self._used += [server for server in self._goal_servers.values() if server.goals]
         self._used += [service for service in self._services.values() if service.calls]
         self._keeper.begin()
-        self.is_stuck = self.is_quiet = False
+        self.is_stuck = self.is_quiet = self.has_answered = False
         before = self._moment.limits
         executive, running = self.executive, MissionStatus.RUNNING
         was_running = executive.status is running
@@ -416,15 +318,24 @@ class Environment:
     def _step(self, before: tuple[Due, ...]) -> bool:
         try:
             if self.now_ns == START_NS:
+                self._publish_first()
                 self._tick(before)  # random choices of this tick are part of the script
             elif self._answer():
-                self._moment.limits = self._limits.running(self.now_ns)
+                self._note_limits()
                 self._tick(before)
             else:
                 self._let_time_pass()
         except OutOfFaultsError:
             return False
         return True
+
+    def _publish_first(self) -> None:
+        """Have messages come before the first tick, or not."""
+        for topic in self._topics.values():
+            for question in topic.questions():
+                option = question[self.choices.choose(question)]
+                if option.act is not None:
+                    option.act()
 
     def _answer(self) -> bool:
         """Have everything that may happen before the next tick happen, or not."""
@@ -436,6 +347,7 @@ class Environment:
             if option.act is not None:
                 option.act()
                 has_happened = True
+                self.has_answered |= option.is_event
         return has_happened
 
     def _all_questions(self) -> list[Question]:
@@ -461,6 +373,11 @@ class Environment:
             if is_limited(node) and self._may_be_late(node):
                 late = int(isinstance(node, ActionLeaf))
                 yield NOTHING, Option(words, late, partial(self._meet, node))
+        for due in self._moment.open:
+            faults = self._limits.faults_of(due)
+            if faults != NEVER:
+                words = due.words or "a limit is over"
+                yield NOTHING, Option(words, int(faults), partial(self._end, due))
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
             yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
 
@@ -474,6 +391,12 @@ class Environment:
     def _meet(self, node: Loose) -> None:
         """Have an abstract deadline met by the next tick."""
         meet(node, self.now_ns + TICK_NS)
+
+    def _end(self, due: Due) -> None:
+        """Have a limit be over with the next tick, unless it is not running any more."""
+        running = {(entry.owner, entry.node) for entry in self._limits.running(self.now_ns)}
+        if (due.owner, due.node) in running:
+            self._limits.move(due, self.now_ns + TICK_NS)
 
     def _may_be_late(self, node: Loose) -> bool:
         if not isinstance(node, ActionLeaf):
@@ -490,19 +413,35 @@ class Environment:
 
         So an answer may come long before a limit, and in the very tick in which it is over.
         """
-        before = self._moment.untimed
-        self._tick(self._moment.limits)
+        before, limits = self._moment.untimed, self._moment.limits
+        self._tick(limits)
         self.is_quiet = self._moment.untimed == before
         if not self.is_quiet:
             return
         due = self._moment.limits
+        if not due and any(True for _ in self.questions()):
+            self.choices.meet((), (), NEVER)  # somebody has to answer
+        if self.is_answer_owed:
+            self._wait_for_answers(limits)
         if not due:
-            if any(True for _ in self.questions()):
-                self.choices.meet((), (), NEVER)  # somebody has to answer
             self.is_stuck = True
             return
         ticks = -(-(min([entry.at_ns for entry in due]) - self.now_ns) // TICK_NS)
         self._moment.now_ns += max(0, ticks - 1) * TICK_NS
+
+    def _wait_for_answers(self, before: tuple[Due, ...]) -> None:
+        """Let answers come behind the next limit, unless that is over for want of them.
+
+        Args:
+            before: The limits that were running before the tick.
+        """
+        running = {(due.owner, due.at_ns) for due in self._moment.limits}
+        kept = [index for index, due in enumerate(before) if (due.owner, due.at_ns) in running]
+        first_ns = min([before[index].at_ns for index in kept], default=0)
+        are_first = tuple([before[index].at_ns <= first_ns for index in kept])
+        firsts = [before[index] for index in kept if before[index].at_ns <= first_ns]
+        is_owed = all(self._limits.faults_of(due) == NEVER for due in firsts)
+        self.choices.meet(tuple(kept), are_first, NEVER if is_owed else 0, is_order=True)
 
     def _tick(self, before: tuple[Due, ...]) -> None:
         """Let a tick pass.
@@ -523,8 +462,14 @@ class Environment:
             keep_open(node)
         for server in self._goal_servers.values():
             server.adopt(self._action_leaves)
+        if self._limits.are_all_open:
+            self._moment.open = self._limits.open(until_ns)
         self._moment.untimed = self._untimed_key()
-        self._moment.limits = self._limits.running(until_ns)
+        self._note_limits()
+
+    def _note_limits(self) -> None:
+        if not self._limits.are_all_open:
+            self._moment.limits = self._limits.running(self.now_ns)
 
     def _meet_limits(self, before: tuple[Due, ...], until_ns: int) -> None:
         """Count the faults of the limits that are over with the next tick."""
@@ -585,7 +530,7 @@ class Environment:
     @property
     def silent_leaves(self) -> list[Behaviour]:
         """The leaves that wait for a server for which no limit is set at all."""
-        if self._moment.limits or any(map(is_limited, self._loose)):
+        if self._moment.limits or self._moment.open or any(map(is_limited, self._loose)):
             return []
         waiting: list[Behaviour] = [
             leaf
@@ -610,6 +555,15 @@ class Environment:
     def limits(self) -> tuple[Due, ...]:
         """The limits that are running."""
         return self._moment.limits
+
+    @property
+    def is_timed(self) -> bool:
+        """May it make a difference when the last answer came?"""
+        executive, limits = self.executive, self.limits
+        is_over = executive.status is not MissionStatus.RUNNING
+        if not self.has_answered or (is_over and not executive.cleanups.is_pending):
+            return False
+        return len(limits) > 1 or not all(map(self.is_alone, limits))
 
     def is_alone(self, due: Due) -> bool:
         """Is it of a leaf beside which nothing else runs?"""
@@ -693,7 +647,3 @@ class Environment:
             for served in server.goals:
                 yield served
                 yield served.goal
-
-
-def _full(name: str) -> str:
-    return name if name.startswith("/") else f"/{name}"

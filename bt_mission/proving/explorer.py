@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from bt_mission.proving.choices import UNBOUNDED, Script
-from bt_mission.proving.environment import Environment
+from bt_mission.proving.environment import TICK_NS, Environment
 from bt_mission.proving.known_steps import (
     DivergedError,
     Effect,
@@ -68,6 +68,8 @@ class Explored:
         edges: Pairs of states with a step without a fault between, flat.
         ended: States in which the mission has ended.
         stuck: States in which nothing more happens.
+        beside: The names of what was limited while answers came, which might have come at instants
+            that were not taken.
     """
 
     progress: Progress
@@ -80,6 +82,7 @@ class Explored:
     edges: array[int] = field(default_factory=lambda: array("I"))
     ended: set[int] = field(default_factory=set)
     stuck: set[int] = field(default_factory=set)
+    beside: dict[str, None] = field(default_factory=dict)
 
     def digest_of(self, state: int) -> bytes:
         """Return the hash of the shape of a state."""
@@ -284,6 +287,8 @@ class _Exploration:
             explored.progress.states += 1
         if waiting.state >= 0 and left == waiting.faults_left:
             explored.edges.extend((waiting.state, state))
+        if change.beside and min(waiting.times, default=0) > 2 * TICK_NS:
+            explored.beside |= dict.fromkeys(change.beside)
         if change.shown:
             self._claims.take(change.shown, state, left)
         if change.is_done:

@@ -11,9 +11,9 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
-from bt_mission.proving.answers import ANSWERS, ROWS, Answer, AnswerSet
+from bt_mission.proving.answers import ANSWERS, EXTREME, ROWS, SILENT, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
-from bt_mission.proving.values import Known, ValueCases, more_words
+from bt_mission.proving.values import Known, Message, ValueCases, more_words
 from bt_mission.ros.interface_types import action_type, fill
 
 Question: TypeAlias = tuple[Option, ...]
@@ -41,6 +41,17 @@ class ServedGoal:
     def is_live(self) -> bool:
         """Does the server work on it?"""
         return self.stage == "working"
+
+    @property
+    def is_owed(self) -> bool:
+        """Does its server owe an answer that it will give?"""
+        return self.stage == "asked" or (self.stage == "working" and self.is_cancel_pending)
+
+    @property
+    def is_cancel_pending(self) -> bool:
+        """Is there a cancel request that its server will answer?"""
+        is_there = self.is_cancel_open and self.goal.accepted
+        return is_there and not self.refuses and not self.ignores
 
     @property
     def is_read(self) -> bool:
@@ -114,7 +125,7 @@ class GoalServer:
     def is_ready(self) -> bool:
         """Choose whether there is a server, unless it works on a goal."""
         self._on_use(self)
-        if any(goal.stage in ("working", "asked", "mute") for goal in self.goals):
+        if any(goal.stage != "over" for goal in self.goals):
             return not self.is_away
         if self.is_lost:
             return False
@@ -137,9 +148,13 @@ class GoalServer:
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """Return a goal with these fields. Raises FillError."""
         key = repr(fields)
-        if key not in self._requests:
-            self._requests[key] = fill(self._type.Goal(), fields)
-        return self._requests[key]
+        if key in self._requests:
+            return self._requests[key]
+        count = len(self._choices.trail)
+        request = fill(self._type.Goal(), fields)
+        if len(self._choices.trail) == count:  # no field is drawn
+            self._requests[key] = request
+        return request
 
     def send(self, goal: Goal, _request: Any) -> None:
         """Take a goal."""
@@ -199,8 +214,8 @@ class GoalServer:
                 continue
             condition, fields = values.node.cancel_when, None
             if condition is not None:
-                kind, variables = self._type.Feedback, values.scope.values
-                fields = self._cases.message_that(condition, kind, variables, holds=False)
+                kind, use = self._type.Feedback, self._cases.condition_of(values.node)
+                fields = self._cases.message_that(use, kind, values.scope.values, holds=False)
             self._feed(served, fields or {})
 
     def refuse_again(self) -> None:
@@ -218,23 +233,27 @@ class GoalServer:
                 yield question
 
     def _question(self, served: ServedGoal) -> Question | None:
-        if served.stage == "asked":
-            return self._rows("asked", served)
-        if served.stage == "mute":
-            return self._rows("mute", served, NOTHING)
-        if served.stage != "working":
-            return None
-        is_cancel_open = served.is_cancel_open and served.goal.accepted
-        if is_cancel_open and not served.refuses and not served.ignores:
-            return self._rows("cancel", served)
-        return self._rows("working", served, NOTHING)
+        match served.stage:
+            case "asked":
+                return self._rows("asked", served, last=NOT_YET)
+            case "mute":
+                return self._rows("mute", served, NOTHING)
+            case "working" if served.is_cancel_pending:
+                return self._rows("cancel", served, last=NOT_YET)
+            case "working":
+                return self._rows("working", served, NOTHING)
+        return None
 
-    def _rows(self, stage: str, served: ServedGoal, *first: Option) -> Question | None:
+    def _rows(
+        self, stage: str, served: ServedGoal, *first: Option, last: Option | None = None
+    ) -> Question | None:
         options: list[Option] = []
         is_read = served.is_read
         for row in self._answers.at(stage, self.name):
             if is_read or row.name not in UNREAD:
                 options += self._options(row, served)
+        if last is not None and options:
+            options.append(last)
         return (*first, *options) if options else None
 
     def _options(self, row: Answer, served: ServedGoal) -> Iterator[Option]:
@@ -257,14 +276,16 @@ class GoalServer:
                 | ("cancel_outside")
             ):
                 status = _STATUSES[row.name]
-                for fields, words in self._results(served):
-                    yield self._option(row, partial(self._end, served, status, fields), words)
+                for fields, faults in self._results(served):
+                    act = partial(self._end, served, status, fields)
+                    option = self._option(row, act, more_words(fields))
+                    yield option._replace(faults=option.faults + faults)
             case _:
                 yield self._option(row, partial(getattr(self, row.name), served))
 
     def _option(self, row: Answer, act: Callable[[], None] | None = None, more: str = "") -> Option:
         words = self._words.get(row.name, "")
-        return Option(words + more if words else "", row.faults, act)
+        return Option(words + more if words else "", row.faults, act, row.name not in SILENT)
 
     # ---- the answers ------------------------------------------------------------------------
 
@@ -318,15 +339,17 @@ class GoalServer:
         self.on_answer(served.goal, None, feedback)
         served.goal.on_feedback(feedback)
 
-    def _results(self, served: ServedGoal) -> list[tuple[dict[str, Any], str]]:
-        """Return the results that a mission can tell apart, each with words for it."""
+    def _results(self, served: ServedGoal) -> list[Message]:
+        """Return the results that a mission can tell apart."""
         if not served.is_read:
-            return [({}, "")]
+            return [Message({})]
         if served.leaf not in self._results_of:
             outputs = self._evaluator_of(served.leaf).node.outputs if served.leaf else {}
             cases = self._cases.of_outputs(outputs, self._type.Result())
-            self._results_of[served.leaf] = [(fields, more_words(fields)) for fields in cases]
-        collected: list[tuple[dict[str, Any], str]] = self._results_of[served.leaf]
+            if not self._answers.is_ever(EXTREME, self.name):
+                cases = [entry for entry in cases if not entry.faults]
+            self._results_of[served.leaf] = cases
+        collected: list[Message] = self._results_of[served.leaf]
         return collected
 
     def _feedback(self, row: Answer, served: ServedGoal, *, holds: bool) -> Iterator[Option]:
@@ -345,11 +368,10 @@ class GoalServer:
         )
         if not holds and not is_read:
             return
-        fields: dict[str, Any] | None = {}
+        fields: Mapping[str, Any] | None = {}
         if condition is not None:
-            fields = self._cases.message_that(
-                condition, self._type.Feedback, variables, holds=holds
-            )
+            use = self._cases.condition_of(node)
+            fields = self._cases.message_that(use, self._type.Feedback, variables, holds=holds)
         if fields is None or (not holds and served.feedback == repr(fields)):
             return
         given = fields
@@ -364,6 +386,9 @@ class GoalServer:
 def _ignore(_goal: Goal, _answer: Event | GoalStatus | None, _message: Any) -> None:
     """Note no answer."""
 
+
+NOT_YET = NOTHING
+"""An answer comes later: while it is owed, time passes only tick by tick, if something happens."""
 
 UNREAD = frozenset(("abort", "cancel_outside", "succeed_first", "abort_first", "silence"))
 """Answers without a further effect where no leaf takes them."""

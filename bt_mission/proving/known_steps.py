@@ -36,6 +36,7 @@ class Change(NamedTuple):
         is_done: Has the mission ended?
         is_stuck: Will nothing more happen?
         shown: What the claims have seen.
+        beside: The names of what limits go on behind an answer, which may come at another instant.
     """
 
     limits: tuple[tuple[int, int], ...]
@@ -43,6 +44,7 @@ class Change(NamedTuple):
     is_done: bool
     is_stuck: bool
     shown: tuple[Any, ...]
+    beside: tuple[str, ...] = ()
 
     def times(self, before: Times) -> Times:
         """Return the times behind the step.
@@ -99,24 +101,33 @@ class _Options(list[Any]):
 
 
 class _Limits(list[Any]):
-    """A place at which it counts which limits are over.
+    """A place at which it counts which limits are over, or over first.
 
     It has three entries for each case: which are over, the faults of that, and the next place or
     the effect.
 
     Attributes:
         limits: By index.
+        is_order: Does it count which of them are over first?
     """
 
-    __slots__ = ("limits",)
+    __slots__ = ("is_order", "limits")
 
-    def __init__(self, limits: tuple[int, ...]) -> None:
+    def __init__(self, limits: tuple[int, ...], *, is_order: bool) -> None:
         super().__init__()
-        self.limits = limits
+        self.limits, self.is_order = limits, is_order
 
     def is_of(self, turn: Turn) -> bool:
         """Does a turn have the same limits?"""
-        return isinstance(turn, Met) and turn.limits == self.limits
+        if not isinstance(turn, Met):
+            return False
+        return turn.limits == self.limits and turn.is_order == self.is_order
+
+    def case_of(self, times: Times) -> tuple[bool, ...]:
+        """Return which limits count."""
+        left = [times[index] for index in self.limits]
+        until = min(left, default=0) if self.is_order else TICK_NS
+        return tuple([time <= until for time in left])
 
     def slot_of(self, are_over: tuple[bool, ...]) -> int:
         """Return the index of what follows in a case; 0 for an unknown one."""
@@ -192,7 +203,7 @@ class KnownSteps:
                 faults_left -= costs[index]
                 place = place[index]
             elif type(place) is _Limits:
-                slot = place.slot_of(tuple([times[index] <= TICK_NS for index in place.limits]))
+                slot = place.slot_of(place.case_of(times))
                 if not slot:
                     return None
                 faults = place[slot - 1]
@@ -230,6 +241,7 @@ class KnownSteps:
                 environment.is_done,
                 environment.is_stuck,
                 shown,
+                self._beside(before, limits),
             )
             number = self._changes.setdefault(change, len(self._by_number))
             if number == len(self._by_number):
@@ -237,6 +249,11 @@ class KnownSteps:
             effect = self.shape << _BITS_OF_CHANGE | number
         choices = environment.choices
         return Step(choices.taken, list(choices.others()), choices.faults_left, effect)
+
+    def _beside(self, before: tuple[Due, ...], limits: list[tuple[int, int]]) -> tuple[str, ...]:
+        if not self._environment.is_timed:
+            return ()
+        return tuple([before[index].name for index, _ in limits if index >= 0])
 
     def learn(self, shape: int, effect: Effect | None) -> None:
         """Know the step that was taken from now on.
@@ -263,7 +280,7 @@ class KnownSteps:
         same = self._same.setdefault
         if isinstance(turn, Chosen):
             return _Options(same(turn.costs, turn.costs))
-        return _Limits(same(turn.limits, turn.limits))
+        return _Limits(same(turn.limits, turn.limits), is_order=turn.is_order)
 
     def _slot(self, place: _Options | _Limits, turn: Turn) -> int:
         if isinstance(turn, Chosen):

@@ -19,8 +19,8 @@ from bt_mission.executive.executive import Executive
 from bt_mission.goals.ledger import Ledger
 from bt_mission.proving.abstraction import NEVER_NS, Loose
 from bt_mission.proving.answers import AnswerSet
-from bt_mission.proving.clients import AnyBehaviour, Topic
-from bt_mission.proving.goal_servers import GoalServer
+from bt_mission.proving.clients import AnyBehaviour, Service, Topic
+from bt_mission.proving.goal_servers import GoalServer, ServedGoal
 
 LIMITS = {
     "server": "waits for its server in vain",
@@ -33,6 +33,29 @@ LIMITS = {
 
 _WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
 """The nodes with a separate limit, goals apart."""
+
+
+OPEN_NS = NEVER_NS // 2
+"""Where a limit is that may be over at any tick, ns."""
+
+_BEGINS = {
+    "server": "_since_ns",
+    "answer": "_since_ns",
+    "goal": "_accepted_ns",
+    "silence": "_received_ns",
+    "cancel": "_cancel_ns",
+}
+"""The attribute of an attempt at which each of its limits begins."""
+_BEGINS_OF: dict[type, str] = {
+    Wait: "due_ns",
+    Timeout: "due_ns",
+    Retry: "_resume_ns",
+    Finally: "_until_ns",
+    PublishLeaf: "_until_ns",
+    ServiceLeaf: "_since_ns",
+    WaitFor: "_since_ns",
+}
+"""The attribute of a node that moves its limit."""
 
 
 class Due(NamedTuple):
@@ -50,6 +73,29 @@ class Due(NamedTuple):
     owner: Any
     node: Behaviour | None = None
 
+    @property
+    def name(self) -> str:
+        """What it limits, by its name."""
+        if self.node is not None:
+            return f"'{self.node.name}'"
+        return "a topic" if isinstance(self.owner, _Message | _FirstMessage) else "an old goal"
+
+
+class _Message(NamedTuple):
+    """Owner of the limit behind which the newest message of a variable is too old."""
+
+    variable: Any
+    topic: str
+    number: int
+
+
+class _FirstMessage(NamedTuple):
+    """Owner of the limit of the wait for the first message of a variable."""
+
+    variable: Any
+    topic: str
+    number: int
+
 
 class RunningLimits:
     """Collects the limits of a mission.
@@ -58,9 +104,11 @@ class RunningLimits:
         executive: Runs the mission.
         ledger: Keeps its goals.
         servers: By the name of the action; more may be added.
+        services: By their names; more may be added.
         topics: By their names; more may be added.
         answers: Which servers are ever late.
         loose: The nodes with an abstract deadline, which is no limit.
+        are_all_open: May every limit be over at any tick?
     """
 
     def __init__(
@@ -68,12 +116,17 @@ class RunningLimits:
         executive: Executive,
         ledger: Ledger,
         servers: Mapping[str, GoalServer],
+        services: Mapping[str, Service],
         topics: Mapping[str, Topic],
         answers: AnswerSet,
         loose: Iterable[Loose],
+        *,
+        are_all_open: bool = False,
     ) -> None:
         self._executive, self._ledger = executive, ledger
-        self._servers, self._topics, self._answers = servers, topics, answers
+        self._servers, self._services = servers, services
+        self._topics, self._answers = topics, answers
+        self.are_all_open = are_all_open
         nodes = executive.nodes
         self._leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._of_leaves = {
@@ -120,7 +173,39 @@ class RunningLimits:
         if not self._executive.is_done:
             for variable, at_ns in self._executive.followed.limits_due:
                 # Each message begins the limit again, which may end at the same instant.
-                yield (variable, self._topics[variable.topic].count), at_ns
+                topic = self._topics[variable.topic]
+                owner = _Message if topic.count else _FirstMessage
+                yield owner(variable, topic.name, topic.count), at_ns
+
+    def _silence_of(self, name: str) -> float:
+        """Return the faults of a topic without any message."""
+        return 1 if self._answers.at("followed", name)[1:] else math.inf
+
+    def open(self, now_ns: int) -> tuple[Due, ...]:
+        """Put all limits off that are running, and return them."""
+        dues = self.running(now_ns)
+        for due in dues:
+            self.move(due, OPEN_NS)
+        return dues
+
+    def move(self, due: Due, at_ns: int) -> None:
+        """Have a limit be over at another instant, ns."""
+        node, owner = due.node, due.owner
+        if isinstance(node, ActionLeaf):
+            attempt, name = owner
+            _shift(attempt, _BEGINS[name], at_ns - attempt.limits_due[name])
+            attempt.__dict__["_due_ns"] = min(attempt.__dict__["_due_ns"], at_ns)
+        elif node is not None:
+            name = next(name for kind, name in _BEGINS_OF.items() if isinstance(node, kind))
+            _shift(node, name, at_ns - node.due_ns)  # type: ignore[attr-defined]
+        elif isinstance(owner, _FirstMessage):
+            followed = self._executive.followed
+            _shift(followed, "_since_ns", at_ns - dict(followed.limits_due)[owner.variable])
+        elif isinstance(owner, _Message):
+            _shift(owner.variable, "_received_ns", at_ns - owner.variable.due_ns)
+        else:
+            goal = next(goal for goal in self._ledger.open_goals if goal.id == owner[1])
+            goal.orphaned_ns = at_ns - goal.grace_ns
 
     def faults_of(self, due: Due) -> float:
         """Return the faults that it takes for a limit to be over.
@@ -128,8 +213,12 @@ class RunningLimits:
         1 where a server has to be late; infinite where one of them never is.
         """
         node = due.node
+        if isinstance(due.owner, _FirstMessage):
+            return self._silence_of(due.owner.topic)
         if isinstance(node, WaitFor):
             return 1
+        if self._is_owed(due):
+            return math.inf
         late: list[Behaviour] = []
         if isinstance(node, ActionLeaf) and due.words is self._of_leaves[node]["goal"]:
             late = [node]
@@ -140,6 +229,29 @@ class RunningLimits:
         if not all(map(self._answers.is_ever_late, servers)):
             return math.inf
         return int(bool(servers))
+
+    def _is_owed(self, due: Due) -> bool:
+        """Is a server to give the answer in time that this limit waits for?"""
+        node = due.node
+        if isinstance(node, ServiceLeaf):
+            return any(
+                leaf is node and not service.is_mute
+                for service in self._services.values()
+                for leaf, _ in service.calls[:1]
+            )
+        if isinstance(node, ActionLeaf):
+            goal = node.attempt.goal if node.attempt else None
+            words = [self._of_leaves[node][name] for name in ("answer", "cancel")]
+            return due.words in words and any(entry.goal is goal for entry in self._owed)
+        if node is None and type(due.owner) is tuple:
+            # A cancel may be sent with the last tick, where the goal was accepted that late.
+            return any(entry.goal.id == due.owner[1] and not entry.is_live for entry in self._owed)
+        return False
+
+    @property
+    def _owed(self) -> Iterator[ServedGoal]:
+        for server in self._servers.values():
+            yield from (served for served in server.goals if served.is_owed)
 
     def working_for(self, node: Behaviour) -> str:
         """Return the server or class that works for a leaf, as it usually does in time; or ""."""
@@ -159,6 +271,10 @@ class RunningLimits:
             for server in self._servers.values()
             for served in server.goals
         )
+
+
+def _shift(owner: Any, name: str, by_ns: int) -> None:
+    owner.__dict__[name] += by_ns
 
 
 def _words_of(node: Behaviour) -> str:

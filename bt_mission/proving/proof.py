@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from bt_mission.core.diagnostics import listed
 from bt_mission.core.text import counted, escape_control
 from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
@@ -64,7 +65,9 @@ class ProofOptions:
     with_outcomes: bool = False
     revision: Mission | None = None
 
-    def environment(self, mission: Mission, faults: float | None = None) -> Environment:
+    def environment(
+        self, mission: Mission, faults: float | None = None, *, is_untimed: bool = False
+    ) -> Environment:
         """Return a mission before its first step."""
         return Environment(
             mission,
@@ -73,6 +76,7 @@ class ProofOptions:
             has_interrupts=self.with_interrupts,
             rounds=self.rounds,
             requirements=self.all_requirements(mission),
+            is_untimed=is_untimed,
         )
 
     def all_requirements(self, mission: Mission) -> tuple[Requirement, ...]:
@@ -327,17 +331,21 @@ def _proved(
         _finding(broken, explored, mission, options, is_checked=learns)
         for broken in claims.broken.values()
     ]
-    if never and explored.is_exhaustive and not environment.cut:
-        findings += _dead_nodes(mission, options, elapsed_s, on_progress, learns=learns)
     why_not = [explored.why_not] if explored.why_not else []
     why_not += [
         f"'{name}' is repeated {environment.rounds or ROUNDS_OF_CUT} times instead of {count:,} "
         "(--rounds)"
         for name, count in environment.cut.items()
     ]
-    if environment.cases.sampled:
-        names = ", ".join(sorted(environment.cases.sampled))
-        why_not.append(f"not all values are tried of: {names}")
+    why_not += [f"not all values are tried: {text}" for text in environment.cases.sampled]
+    untimed = None
+    if explored.beside and not why_not:
+        untimed = _untimed(mission, options, elapsed_s, on_progress)
+    if never and not why_not:
+        is_untimed = bool(explored.beside)
+        findings += _dead_nodes(
+            mission, options, elapsed_s, on_progress, learns=learns, is_untimed=is_untimed
+        )
     broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
     considered.discard("requirement")
@@ -349,6 +357,12 @@ def _proved(
     unproved = OF_SOME_RUN if environment.has_loose_deadlines else frozenset[str]()
     if why_not:
         unproved = frozenset(unbroken)
+    elif explored.beside:
+        unproved |= _unproved_by(untimed, unbroken)
+        why_not.append(
+            f"not all instants are taken: of answers that come while {listed(explored.beside)} "
+            f"{'is' if len(explored.beside) == 1 else 'are'} running"
+        )
     return Proof(
         mission=mission.name,
         exhaustive=not why_not,
@@ -364,7 +378,14 @@ def _proved(
         failures=tuple(claims.failures),
         never_entered=never,
         requirements=tuple(
-            _verdict(entry, environment, findings, claims, explored, is_proved=not why_not)
+            _verdict(
+                entry,
+                environment,
+                findings,
+                claims,
+                explored,
+                is_proved=not why_not or _holds_untimed(untimed, entry),
+            )
             for entry in options.all_requirements(mission)
         ),
         abstracted=tuple(environment.abstracted),
@@ -372,6 +393,39 @@ def _proved(
         is_interrupted=explored.why_not == "interrupted",
         revision=revision,
     )
+
+
+def _untimed(
+    mission: Mission,
+    options: ProofOptions,
+    elapsed_s: Callable[[], float],
+    on_progress: Callable[[Progress], bool],
+) -> Claims | None:
+    """Return what is violated where every limit may be over at any tick; None if that is open.
+
+    All orders of instants are among those. So what holds in all of them holds in all runs.
+    """
+    claims, environment = Claims(), options.environment(mission, is_untimed=True)
+    try:
+        explored = explore(environment, claims, options.bounds, elapsed_s, on_progress)
+    except DivergedError:
+        return None
+    is_whole = explored.is_exhaustive and not environment.cut and not environment.cases.sampled
+    return claims if is_whole else None
+
+
+def _unproved_by(untimed: Claims | None, names: Sequence[str]) -> frozenset[str]:
+    """Return the properties that an exploration without times does not prove."""
+    if untimed is None:
+        return frozenset(names)
+    broken = {entry.name for entry in untimed.broken.values()}
+    return (frozenset(names) & broken) | (OF_SOME_RUN - {"dead_node"})
+
+
+def _holds_untimed(untimed: Claims | None, requirement: Requirement) -> bool:
+    if untimed is None:
+        return False
+    return all(entry.requirement != requirement.name for entry in untimed.broken.values())
 
 
 def _verdict(
@@ -447,16 +501,18 @@ def _dead_nodes(
     on_progress: Callable[[Progress], bool],
     *,
     learns: bool,
+    is_untimed: bool,
 ) -> list[Finding]:
     """Look for ways with more faults into the nodes that none has entered."""
     faults = options.faults + MORE_FAULTS
-    claims, environment = Claims(), options.environment(mission, faults)
+    claims = Claims()
+    environment = options.environment(mission, faults, is_untimed=is_untimed)
 
     def is_wanted(progress: Progress) -> bool:
         return on_progress(progress) and len(claims.entered) < len(environment.executive.nodes)
 
     explored = explore(environment, claims, options.bounds, elapsed_s, is_wanted, learns=learns)
-    if not explored.is_exhaustive:
+    if not explored.is_exhaustive or environment.cut or environment.cases.sampled:
         return []
     bound = "" if faults == UNBOUNDED else f" with at most {faults:g} faults"
     return [

@@ -22,6 +22,7 @@ from bt_mission.language.requirements.formula import Requirement, signals_in, wa
 from bt_mission.language.requirements.premises import Premise
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
+from bt_mission.proving.state_key import plain
 from bt_mission.requirements.compiler import Reader
 from bt_mission.requirements.monitor import Monitor
 from bt_mission.requirements.operators import Aligned, Atom
@@ -83,6 +84,7 @@ class RequirementMonitors:
         self.needs_physics: dict[str, str] = {}
         self.violated: tuple[Requirement, ...] = ()
         self.met: tuple[tuple[str, Premise], ...] = ()
+        self._signals: tuple[Reader, ...] = ()
         self._monitors: list[Monitor] = []
         self._read: dict[Behaviour, None] = {}
         self._ended: dict[Behaviour, None] = {}
@@ -98,7 +100,12 @@ class RequirementMonitors:
     # ---- the signals ------------------------------------------------------------------------
 
     def reader(self, signal: SignalValue, /) -> Reader:
-        """Return what gives a signal's present value."""
+        """Return what gives a signal's present value, which is a part of the state from now on."""
+        read = self._reader(signal)
+        self._signals = (*self._signals, read)
+        return read
+
+    def _reader(self, signal: SignalValue) -> Reader:
         name, arguments = signal.name, signal.arguments
         if name == "$":
             return lambda: self._variable(arguments[0])
@@ -175,6 +182,7 @@ class RequirementMonitors:
             tuple([_state_of(*pair) for pair in self._states]),
             tuple([history.statuses.get(node, Status.INVALID)._value_ for node in self._read]),
             tuple([history.outcomes.get(node) for node in self._ended]),
+            tuple([plain(read()) for read in self._signals]),
         )
 
     @property

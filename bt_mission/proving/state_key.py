@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -176,8 +177,10 @@ def values_key(values: Mapping[str, Any]) -> Any:
 
 def plain(value: Any) -> Any:
     """Return a value that `marshal` writes; equal ones are written alike."""
-    if value is None or type(value) in (int, float, str, bytes):
+    if value is None or type(value) in (int, str, bytes):
         return value
+    if type(value) is float:
+        return "NaN" if math.isnan(value) else value
     match value:
         case bool():
             return ("bool", value)

@@ -229,8 +229,8 @@ def _ros_value(shape: Shape, value: Any, message: Any, name: str) -> Any:
         case MessageShape():
             return _assigned(getattr(message, name), shape, value)
         case ListOf(item=MessageShape() as item):
-            item_class = _item_class(message, name)
-            return [_assigned(item_class(), item, part) for part in value]
+            made = item_class(message, name)
+            return [_assigned(made(), item, part) for part in value]
         case ListOf(item=Scalar(name="byte")):
             return [bytes([part]) for part in value]
         case Scalar(name="byte"):
@@ -238,7 +238,7 @@ def _ros_value(shape: Shape, value: Any, message: Any, name: str) -> Any:
     return value
 
 
-def _item_class(message: Any, name: str) -> Any:
+def item_class(message: Any, name: str) -> Any:
     """Return the class of the items of a message's list."""
     names = list(message.get_fields_and_field_types())
     return _imported(message.SLOT_TYPES[names.index(name)].value_type)

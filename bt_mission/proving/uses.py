@@ -1,0 +1,334 @@
+"""Where a mission uses each of its values, and what it can tell of them there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Literal, TypeAlias
+
+from bt_mission.language.expressions.expression import Expression, Template, Text
+from bt_mission.language.expressions.syntax import (
+    Arithmetic,
+    Conditional,
+    Constant,
+    FunctionCall,
+    Logic,
+    Name,
+    Negation,
+    Not,
+    SyntaxNode,
+)
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.message_types import UnknownField, field_at
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.nodes.base import NodeModel, OutputsNode, Read
+from bt_mission.language.nodes.decorators import ForEachNode
+from bt_mission.language.nodes.fields import NumberRule
+from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.leaves import PythonNode, SetNode
+from bt_mission.language.nodes.subtree import TreeNode
+from bt_mission.language.requirements.formula import Requirement
+from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
+from bt_mission.proving.regions import DRAW, FAILED, UnfollowedError, evaluated, is_literal, reads
+from bt_mission.ros.interface_types import shapes
+
+Kind: TypeAlias = Literal["condition", "number", "flow", "elements", "plain"]
+_TOTAL = frozenset(("abs", "sign", "min", "max", "degrees", "radians", "uniform", "copysign"))
+"""Functions without errors."""
+
+
+@dataclass(frozen=True, eq=False)
+class Use:
+    """An expression that a mission evaluates.
+
+    Attributes:
+        root: Its parts; fields of messages have names such as `<percentage>`.
+        text: As it is written.
+        place: Where, for people.
+        kind: What its value is for: a condition, a number such as a time, a variable that it is
+            assigned to, the list of a loop, or for other things, which only errors change.
+        rule: Of a number.
+        target: The variable that gets it, or its elements.
+    """
+
+    root: SyntaxNode
+    text: str
+    place: str
+    kind: Kind
+    rule: NumberRule | None = None
+    target: str = ""
+
+    @property
+    def shown(self) -> str:
+        """The expression and its place."""
+        return f"'{self.text}' ({self.place})"
+
+    @property
+    def is_whole(self) -> bool:
+        """Is it the value as it is?"""
+        return isinstance(self.root, Name)
+
+
+def field_name(dotted: str) -> str:
+    """Return the name of a field of a message in expressions here."""
+    return f"<{dotted}>"
+
+
+def names_in(root: SyntaxNode) -> frozenset[str]:
+    """Return what an expression reads: variables, fields, signals, and whether it draws."""
+    names = {name for part in root.parts for name in names_in(part)}
+    match root:
+        case Name():
+            names.add(root.name)
+        case SignalValue():
+            names.add(f"{root.key}()")
+        case FunctionCall() if root.draws:
+            names.add(DRAW)
+    return frozenset(names)
+
+
+def texts_in(root: SyntaxNode) -> Iterator[str]:
+    """Yield the constant texts of an expression."""
+    if isinstance(root, Constant) and isinstance(root.value, str):
+        yield root.value
+    for part in root.parts:
+        yield from texts_in(part)
+
+
+def numbers_in(root: SyntaxNode) -> Iterator[float]:
+    """Yield the constant numbers of an expression."""
+    if isinstance(root, Constant) and type(root.value) in (int, float):
+        yield float(root.value)  # type: ignore[arg-type]
+    for part in root.parts:
+        yield from numbers_in(part)
+
+
+def atoms_of(use: Use, name: str, fixed: Mapping[str, Any]) -> list[SyntaxNode]:
+    """Return the parts of an expression that depend on one value, and on nothing else that varies.
+
+    Args:
+        use: The expression.
+        name: Of the value.
+        fixed: Names with few known values.
+
+    Raises:
+        UnfollowedError: It is computed together with another value that varies.
+    """
+    return list(_atoms(use.root, use, name, fixed))
+
+
+def _atoms(root: SyntaxNode, use: Use, name: str, fixed: Mapping[str, Any]) -> Iterator[SyntaxNode]:
+    if not reads(root, name):
+        return
+    others = {other for other in names_in(root) if other != name and other not in fixed}
+    is_formula = any(isinstance(part, Temporal | Measure) for part in _walk(root))
+    is_total = use.kind == "plain" and _is_total(root)
+    if not others and not is_formula and not is_total:
+        yield root
+        return
+    match root:
+        case _ if is_total:
+            pass
+        case Logic() | Not() | Temporal():
+            pass
+        case Conditional() if use.kind in ("condition", "plain"):
+            pass
+        case Measure() if root.operand is None or not reads(root.operand, name):
+            pass
+        case _:
+            raise UnfollowedError
+    for part in root.parts:
+        yield from _atoms(part, use, name, fixed)
+
+
+def _is_total(root: SyntaxNode) -> bool:
+    """Does it compute a number of any usual ones without an error?"""
+    match root:
+        case Arithmetic():
+            return root.symbol in ("+", "-", "*")
+        case FunctionCall():
+            return root.name in _TOTAL
+    return isinstance(root, Negation)
+
+
+def _walk(root: SyntaxNode) -> Iterator[SyntaxNode]:
+    yield root
+    for part in root.parts:
+        yield from _walk(part)
+
+
+def renamed(value: Any, name_of: Mapping[str, str] | None = None) -> Any:
+    """Return an expression with signals such as `$x` as names, and bare fields renamed.
+
+    Args:
+        value: The expression, or a part of it.
+        name_of: The new name of each bare name that is a field.
+    """
+    if isinstance(value, SignalValue) and value.name == "$":
+        return Name(value.column, value.arguments[0], True)
+    if isinstance(value, Name):
+        new = (name_of or {}).get(value.name)
+        return value if value.variable or new is None else replace(value, name=new)
+    if isinstance(value, SyntaxNode) and is_dataclass(value):
+        changed = {
+            entry.name: renamed(getattr(value, entry.name), name_of)
+            for entry in fields(value)
+            if isinstance(getattr(value, entry.name), SyntaxNode | tuple)
+        }
+        return replace(value, **changed)
+    if isinstance(value, tuple) and type(value) is tuple:
+        return tuple(renamed(part, name_of) for part in value)
+    return value
+
+
+class Uses:
+    """The uses of all values of a mission.
+
+    Attributes:
+        of: By the name of a variable.
+        fixed: Variables with few known values, which no message, draw or computation changes.
+        by_draw: By the path of a node in its tree, the expressions that draw.
+
+    Args:
+        mission: Named trees included.
+        requirements: Their conditions on variables count, too.
+    """
+
+    def __init__(self, mission: Mission, requirements: Iterable[Requirement] = ()) -> None:
+        self._mission = mission
+        self._every: list[Use] = []
+        self._drawing: dict[int, list[Use]] = {}
+        self._times: set[float] = set()
+        literal: dict[str, list[Any]] = {name: [value] for name, value in mission.inputs.items()}
+        varying: set[str] = set()
+        for tree in mission.all_trees:
+            varying.update(follow.variable for follow in tree.follow)
+            if not tree.is_main:
+                for name, value in tree.inputs.items():
+                    literal.setdefault(name, []).append(value)
+            for node in tree.body.walk():
+                self._note_node(tree, node)
+                self._note_writes(node, literal, varying)
+        for requirement in requirements:
+            root = renamed(requirement.root)
+            place = f"requirement '{requirement.name}'"
+            self._every.append(Use(root, requirement.text, place, "condition"))
+        self.fixed: dict[str, list[Any]] = {
+            name: values for name, values in literal.items() if name not in varying
+        }
+        self.of: dict[str, list[Use]] = {}
+        for use in self._every:
+            for name in names_in(use.root):
+                self.of.setdefault(name, []).append(use)
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """The constant times of the mission, s."""
+        return tuple(sorted(self._times))
+
+    def drawing(self, node: NodeModel) -> list[Use]:
+        """Return the expressions of a node that draw."""
+        return self._drawing.get(id(node), [])
+
+    # ---- nodes -------------------------------------------------------------------------------
+
+    def _note_node(self, tree: Tree, node: NodeModel) -> None:
+        place = f"{self._mission.portable_name(tree.document.file)}:{node.line}"
+        for read in node.reads():
+            self._note_read(node, read, place)
+        if isinstance(node, TreeNode):
+            for inner, outer in node.outputs.items():
+                for source, target in ((inner, outer), (outer, inner)):
+                    name = Name(1, source, True)
+                    self._note(node, Use(name, source, place, "flow", target=target))
+        if isinstance(node, InterfaceNode):
+            for root, text in _roots(node.sent):
+                self._note(node, Use(root, text, place, "plain"))
+            if node.condition is not None:
+                self._note(node, condition_use(node, place))
+
+    def _note_read(self, node: NodeModel, read: Read, place: str) -> None:
+        if isinstance(read.wanted, NumberRule) and type(read.value) in (int, float):
+            self._times.add(float(read.value))  # type: ignore[arg-type]
+        for root, text in _roots(read.value):
+            self._note(node, _use_of(node, read, root, text, place))
+
+    def _note(self, node: NodeModel, use: Use) -> None:
+        self._every.append(use)
+        if DRAW in names_in(use.root):
+            self._drawing.setdefault(id(node), []).append(use)
+
+    def _note_writes(
+        self, node: NodeModel, literal: dict[str, list[Any]], varying: set[str]
+    ) -> None:
+        given: Mapping[str, Any] = {}
+        if isinstance(node, SetNode):
+            given = node.values
+        elif isinstance(node, TreeNode):
+            given = node.inputs
+            varying.update(node.outputs.values(), node.outputs)
+        elif isinstance(node, OutputsNode | PythonNode):
+            varying.update(node.outputs.values())
+        elif isinstance(node, ForEachNode):
+            varying.add(node.variable)
+        for name, value in given.items():
+            known = _literal(value)
+            if known is FAILED:
+                varying.add(name)
+            else:
+                literal.setdefault(name, []).append(known)
+
+
+def condition_use(node: InterfaceNode, place: str = "") -> Use:
+    """Return the condition of a node on messages; its fields have names of their own."""
+    condition = node.condition
+    assert condition is not None
+    asked = shapes(node.type).asks
+    names = {}
+    for name in condition.references:
+        if name.variable or asked is None:
+            continue
+        try:
+            field_at(asked, name.name)
+        except UnknownField:
+            continue
+        names[name.name] = field_name(name.name)
+    return Use(renamed(condition.root, names), condition.text, place, "condition")
+
+
+def _use_of(node: NodeModel, read: Read, root: SyntaxNode, text: str, place: str) -> Use:
+    if isinstance(read.wanted, NumberRule):
+        return Use(root, text, place, "number", read.wanted)
+    if isinstance(node, SetNode | TreeNode):
+        return Use(root, text, place, "flow", target=str(read.path[-1]))
+    if isinstance(node, ForEachNode):
+        return Use(root, text, place, "elements", target=node.variable)
+    return Use(root, text, place, "condition" if read.wanted == "bool" else "plain")
+
+
+def _roots(value: Any) -> Iterator[tuple[SyntaxNode, str]]:
+    match value:
+        case Expression():
+            yield value.root, value.text
+        case Template():
+            for hole in value.holes:
+                yield hole.expression.root, hole.expression.text
+        case Text():
+            for reading in (value.template, value.expression):
+                if not isinstance(reading, ExpressionError):
+                    yield from _roots(reading)
+        case Mapping() | list() | tuple():
+            for part in value.values() if isinstance(value, Mapping) else value:
+                yield from _roots(part)
+
+
+def _literal(value: Any) -> Any:
+    """Return a value that is written as it is; `FAILED` for any other."""
+    match value:
+        case bool() | int() | float() | str():
+            return value
+        case Expression() if is_literal(value.root):
+            return evaluated(value.root, "", 0.0, {})
+        case Template() if not value.references and not value.draws:
+            return value.text
+    return FAILED
