@@ -17,7 +17,7 @@ from bt_mission.language.follow import Follow
 from bt_mission.proving.answers import ANSWERS, EXTREME, SILENT, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
 from bt_mission.proving.domains import attribute_domain
-from bt_mission.proving.goal_servers import NOT_YET, Question
+from bt_mission.proving.goal_servers import MOST_DELAYS, Question
 from bt_mission.proving.uses import Use
 from bt_mission.proving.values import (
     Known,
@@ -55,6 +55,12 @@ class Service:
         self.calls: list[tuple[ServiceLeaf, Callable[[Any], None]]] = []
         """The leaves that wait for an answer, and what takes it."""
         self.is_mute = False
+        self.delays = 0
+        """The ticks for which the answer was not there yet, though something happened."""
+        self.is_untimed = False
+        """May answers be late by any number of ticks?"""
+        self.is_cut = Known()
+        """Holds something if an answer might have been later than it was."""
 
     @property
     def has_success(self) -> bool:
@@ -79,7 +85,7 @@ class Service:
         leaf = next(leaf for leaf in self._callers() if leaf.answers.append == on_answer)
         call = leaf, on_answer
         self.calls.append(call)
-        self.is_mute = False
+        self.is_mute, self.delays = False, 0
 
         def forget() -> None:
             if call in self.calls:
@@ -103,7 +109,16 @@ class Service:
                 respond = partial(self._respond, given)
                 option = _option(self.name, row, respond, more_words(fields))
                 options.append(option._replace(faults=option.faults + faults))
-        yield (*options, NOT_YET)
+        if self.is_untimed:
+            options.append(NOTHING)
+        elif self.delays < MOST_DELAYS:
+            options.append(NOTHING._replace(act=self._delay))
+        else:
+            self.is_cut[MOST_DELAYS] = True
+        yield tuple(options)
+
+    def _delay(self) -> None:
+        self.delays += 1
 
     @property
     def is_owed(self) -> bool:
@@ -114,6 +129,7 @@ class Service:
         self.is_mute = True
 
     def _respond(self, fields: Mapping[str, Any]) -> None:
+        self.delays = 0
         (_, answer), response = self.calls.pop(0), self._type.Response()
         known = {name: value for name, value in fields.items() if _has(response, name)}
         self.on_response(known)
@@ -128,7 +144,8 @@ class Service:
     def key(self) -> tuple[Any, ...]:
         """Its state."""
         callers = [self._evaluator_of(leaf).path for leaf, _ in self.calls]
-        return self.name, self.is_away, tuple(callers), bool(callers) and self.is_mute
+        state = (self.is_mute, self.delays) if callers else ()
+        return self.name, self.is_away, tuple(callers), state
 
 
 class Topic:

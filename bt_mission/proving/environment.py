@@ -69,6 +69,7 @@ from bt_mission.proving.state_key import (
     noter,
     numbers_of,
     values_key,
+    without_times,
 )
 from bt_mission.proving.values import ValueCases
 from bt_mission.ros.mission_runner import TICK_RATE_HZ
@@ -189,6 +190,8 @@ class Environment(OfferedClients):
         )
         self._loose = self._limits.loose
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
+        for client in self._answering:
+            client.is_untimed = is_untimed
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self._note_tree = noter(root, self.executive.indices)
         self._present: Memento | None = None
@@ -270,7 +273,7 @@ class Environment(OfferedClients):
     @property
     def reason(self) -> str:
         """Why the mission has ended; goals that it leaves behind are named only without others."""
-        before, orphaned, _ = self.executive.reason.partition(ORPHANED)
+        before, orphaned, _ = without_times(self.executive.reason).partition(ORPHANED)
         return before.removesuffix("; ") or orphaned
 
     # ---- one step ---------------------------------------------------------------------------
@@ -346,8 +349,8 @@ class Environment(OfferedClients):
             option = question[self.choices.choose(question)]
             if option.act is not None:
                 option.act()
-                has_happened = True
-                self.has_answered |= option.is_event
+                has_happened |= bool(option.words)
+                self.has_answered |= option.is_event and bool(option.words)
         return has_happened
 
     def _all_questions(self) -> list[Question]:
@@ -414,6 +417,8 @@ class Environment(OfferedClients):
         So an answer may come long before a limit, and in the very tick in which it is over.
         """
         before, limits = self._moment.untimed, self._moment.limits
+        if self.is_answer_owed:
+            before = self._untimed_key()  # with the delay of the answer
         self._tick(limits)
         self.is_quiet = self._moment.untimed == before
         if not self.is_quiet:
@@ -579,8 +584,8 @@ class Environment(OfferedClients):
         numbers = numbers_of(held)
         return (
             str(executive.status),
-            (str(executive.verdict), executive.reason) if executive.reason else "",
-            tuple(executive.cleanups.failures),
+            (str(executive.verdict), without_times(executive.reason)) if executive.reason else "",
+            tuple(map(without_times, executive.cleanups.failures)),
             self._moment.may_interrupt,
             self.ledger.is_held,
             tuple(tree),

@@ -31,6 +31,8 @@ class ServedGoal:
         """Then "working", or "mute"; "over" once the server has ended it or lost it."""
         self.is_cancel_open = False
         """Is there a cancel request without an answer?"""
+        self.delays = 0
+        """The ticks for which the present answer was not there yet, though something happened."""
         self.refuses = self.ignores = False
         """Does it refuse every cancel, or answer none?"""
         self.is_silent = False
@@ -75,6 +77,7 @@ class ServedGoal:
             goal.owner,
             self.stage,
             self.is_cancel_open,
+            self.delays,
             self.refuses,
             self.ignores,
             numbers.get(id(goal), -1),
@@ -114,6 +117,10 @@ class GoalServer:
         self.goals: list[ServedGoal] = []
         """Those that the server has not ended, in the order in which they arrived."""
         self.is_away = False
+        self.is_untimed = False
+        """May answers be late by any number of ticks?"""
+        self.is_cut = Known()
+        """Holds something if an answer might have been later than it was."""
         self.is_lost = False
         """Has it gone since the last tick? Its attempts notice that in the next one."""
         self.on_answer: Callable[[Goal, Event | GoalStatus | None, Any], None] = _ignore
@@ -172,7 +179,7 @@ class GoalServer:
         """Note a cancel request."""
         for served in self.goals:
             if served.goal is goal:
-                served.is_cancel_open = True
+                served.is_cancel_open, served.delays = True, 0
 
     # ---- what may happen --------------------------------------------------------------------
 
@@ -235,14 +242,26 @@ class GoalServer:
     def _question(self, served: ServedGoal) -> Question | None:
         match served.stage:
             case "asked":
-                return self._rows("asked", served, last=NOT_YET)
+                return self._rows("asked", served, last=self._not_yet(served))
             case "mute":
                 return self._rows("mute", served, NOTHING)
             case "working" if served.is_cancel_pending:
-                return self._rows("cancel", served, last=NOT_YET)
+                return self._rows("cancel", served, last=self._not_yet(served))
             case "working":
                 return self._rows("working", served, NOTHING)
         return None
+
+    def _not_yet(self, served: ServedGoal) -> Option | None:
+        """Return that an answer comes later; None where it has come late enough."""
+        if self.is_untimed:
+            return NOTHING
+        if served.delays < MOST_DELAYS:
+            return NOTHING._replace(act=partial(self._delay, served))
+        self.is_cut[MOST_DELAYS] = True
+        return None
+
+    def _delay(self, served: ServedGoal) -> None:
+        served.delays += 1
 
     def _rows(
         self, stage: str, served: ServedGoal, *first: Option, last: Option | None = None
@@ -291,7 +310,7 @@ class GoalServer:
 
     def accept(self, served: ServedGoal) -> None:
         """Accept the goal."""
-        served.stage = "working"
+        served.stage, served.delays = "working", 0
         self._pass_event(served, Event.ACCEPTED)
 
     late_accept = accept
@@ -387,8 +406,8 @@ def _ignore(_goal: Goal, _answer: Event | GoalStatus | None, _message: Any) -> N
     """Note no answer."""
 
 
-NOT_YET = NOTHING
-"""An answer comes later: while it is owed, time passes only tick by tick, if something happens."""
+MOST_DELAYS = 2
+"""Ticks with other events for which an answer may not be there yet."""
 
 UNREAD = frozenset(("abort", "cancel_outside", "succeed_first", "abort_first", "silence"))
 """Answers without a further effect where no leaf takes them."""

@@ -85,7 +85,6 @@ class _Message(NamedTuple):
     """Owner of the limit behind which the newest message of a variable is too old."""
 
     variable: Any
-    topic: str
     number: int
 
 
@@ -94,7 +93,6 @@ class _FirstMessage(NamedTuple):
 
     variable: Any
     topic: str
-    number: int
 
 
 class RunningLimits:
@@ -171,11 +169,15 @@ class RunningLimits:
     def _others(self) -> Iterator[tuple[Any, int]]:
         yield from self._ledger.limits_due
         if not self._executive.is_done:
+            known: set[Any] = set()
             for variable, at_ns in self._executive.followed.limits_due:
                 # Each message begins the limit again, which may end at the same instant.
                 topic = self._topics[variable.topic]
-                owner = _Message if topic.count else _FirstMessage
-                yield owner(variable, topic.name, topic.count), at_ns
+                if variable.due_ns is None or variable in known:
+                    yield _FirstMessage(variable, topic.name), at_ns
+                else:
+                    yield _Message(variable, topic.count), at_ns
+                known.add(variable)
 
     def _silence_of(self, name: str) -> float:
         """Return the faults of a topic without any message."""
@@ -244,8 +246,14 @@ class RunningLimits:
             words = [self._of_leaves[node][name] for name in ("answer", "cancel")]
             return due.words in words and any(entry.goal is goal for entry in self._owed)
         if node is None and type(due.owner) is tuple:
-            # A cancel may be sent with the last tick, where the goal was accepted that late.
-            return any(entry.goal.id == due.owner[1] and not entry.is_live for entry in self._owed)
+            # A cancel that was sent since the last tick has had no time to be answered.
+            are_new = not self.are_all_open
+            owed = [
+                entry
+                for entry in self._owed
+                if not (are_new and entry.is_live and not entry.delays)
+            ]
+            return any(entry.goal.id == due.owner[1] for entry in owed)
         return False
 
     @property

@@ -142,6 +142,15 @@ class OfferedClients:
         ]
 
     @property
+    def delayed(self) -> list[str]:
+        """The servers whose answers might have been later than they were."""
+        return [client.name for client in self._answering if client.is_cut]
+
+    @property
+    def _answering(self) -> list[GoalServer | Service]:
+        return [*self._goal_servers.values(), *self._services.values()]
+
+    @property
     def is_answer_owed(self) -> bool:
         """Does a server owe an answer that it gives before nothing more happens?"""
         served = (entry for server in self._goal_servers.values() for entry in server.goals)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -33,6 +33,7 @@ from bt_mission.proving.explorer import (
     explore,
     replay,
 )
+from bt_mission.proving.goal_servers import MOST_DELAYS
 from bt_mission.proving.known_steps import DivergedError
 from bt_mission.proving.revision import RevisedEverywhere, RevisionClaims
 
@@ -339,12 +340,12 @@ def _proved(
     ]
     why_not += [f"not all values are tried: {text}" for text in environment.cases.sampled]
     untimed = None
-    if explored.beside and not why_not:
+    is_timed = bool(explored.beside or environment.delayed)
+    if is_timed and not why_not:
         untimed = _untimed(mission, options, elapsed_s, on_progress)
     if never and not why_not:
-        is_untimed = bool(explored.beside)
         findings += _dead_nodes(
-            mission, options, elapsed_s, on_progress, learns=learns, is_untimed=is_untimed
+            mission, options, elapsed_s, on_progress, learns=learns, is_timed=is_timed
         )
     broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
@@ -357,12 +358,9 @@ def _proved(
     unproved = OF_SOME_RUN if environment.has_loose_deadlines else frozenset[str]()
     if why_not:
         unproved = frozenset(unbroken)
-    elif explored.beside:
+    elif is_timed:
         unproved |= _unproved_by(untimed, unbroken)
-        why_not.append(
-            f"not all instants are taken: of answers that come while {listed(explored.beside)} "
-            f"{'is' if len(explored.beside) == 1 else 'are'} running"
-        )
+        why_not += _instants(explored, environment)
     return Proof(
         mission=mission.name,
         exhaustive=not why_not,
@@ -393,6 +391,16 @@ def _proved(
         is_interrupted=explored.why_not == "interrupted",
         revision=revision,
     )
+
+
+def _instants(explored: Explored, environment: Environment) -> Iterator[str]:
+    """Yield which instants of answers were not taken."""
+    if explored.beside:
+        what = f"{listed(explored.beside)} {'is' if len(explored.beside) == 1 else 'are'} running"
+        yield f"not all instants are taken: of answers that come while {what}"
+    if environment.delayed:
+        after = f"{listed(environment.delayed)} behind {MOST_DELAYS} other events"
+        yield f"not all instants are taken: of answers of {after}"
 
 
 def _untimed(
@@ -501,12 +509,11 @@ def _dead_nodes(
     on_progress: Callable[[Progress], bool],
     *,
     learns: bool,
-    is_untimed: bool,
+    is_timed: bool,
 ) -> list[Finding]:
     """Look for ways with more faults into the nodes that none has entered."""
     faults = options.faults + MORE_FAULTS
-    claims = Claims()
-    environment = options.environment(mission, faults, is_untimed=is_untimed)
+    claims, environment = Claims(), options.environment(mission, faults)
 
     def is_wanted(progress: Progress) -> bool:
         return on_progress(progress) and len(claims.entered) < len(environment.executive.nodes)
@@ -519,7 +526,7 @@ def _dead_nodes(
         Finding(
             "dead_node",
             name,
-            f"no way{bound} enters '{name}'",
+            f"no way{bound} enters '{name}'" + (", of the instants that are taken" * is_timed),
             (),
             nodes=_paths([name], environment),
         )

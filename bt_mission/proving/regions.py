@@ -354,9 +354,9 @@ class Splitter:
     def _split(self, side: Callable[[int], Any]) -> None:
         """Split where a function that rises or falls on each stretch changes: twice at most."""
         for first, last in self.spans:
-            begin = first
-            while begin is not None and begin < last:
-                begin = self._bisect(begin, last, side)  # type: ignore[assignment]
+            begin: int | None = first
+            while begin is not None:
+                begin = self._bisect(begin, last, side)
 
     def _bisect(self, first: int, last: int, side: Callable[[int], Any]) -> int | None:
         """Split where a function is no longer what it is at the first position; return where."""

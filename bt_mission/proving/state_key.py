@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -22,6 +23,9 @@ from bt_mission.proving.goal_servers import GoalServer
 
 LOST = -2
 """In place of the number of a goal that is given up: which one it is changes nothing."""
+
+
+_TAKEN = re.compile(r", -?[0-9.e+]+ s after its acceptance")
 
 
 def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[Any]], None]:
@@ -56,9 +60,14 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
             note_child(tree)
             if is_joining and child.status is failure:
                 tip = failed_tip(child)
-                tree += [indices[tip], tip.feedback_message]
+                tree += [indices[tip], without_times(tip.feedback_message)]
 
     return note
+
+
+def without_times(text: str) -> str:
+    """Return a reason without the time that something took, which later steps do not depend on."""
+    return _TAKEN.sub("", text)
 
 
 def numbers_of(goals: Iterable[Goal]) -> dict[int, int]:

@@ -43,7 +43,7 @@ def test_the_exploration_finds_what_plain_enumeration_finds(seed: int) -> None:
     assert explored(mission, 1) == enumerated(mission, 1, most=10_000)
 
 
-STATES = (18, 66, 4, 73, 21, 41, 20, 5, 49, 3, 12, 11, 56, 33, 5, 1, 30, 24, 13, 16)
+STATES = (19, 80, 4, 164, 21, 161, 21, 5, 84, 3, 18, 17, 83, 33, 5, 1, 33, 26, 13, 16)
 """The states of the small missions with seeds that 3 does not divide. A state that is merged
 wrongly, or not merged, changes a count."""
 
@@ -57,7 +57,7 @@ def test_small_missions_have_their_number_of_states() -> None:
 
 @pytest.mark.parametrize(
     ("name", "faults", "states", "ends"),
-    [("patrol", 2, 32, 11), ("square", 2, 165, 22), ("explore", 1, 352, 18)],
+    [("patrol", 2, 33, 12), ("square", 2, 167, 24), ("explore", 1, 356, 22)],
 )
 def test_shipped_missions_have_their_number_of_states(
     name: str, faults: int, states: int, ends: int
@@ -254,13 +254,14 @@ def test_a_long_repeat_may_end_after_any_round() -> None:
     assert proof.abstracted == ("'m' may end after any of its 100 rounds",)
 
 
+SAMPLED = "not all values are tried: 'angle' in 'angle % 7 > 3' (<text>:6)"
 ROUNDS = "'m' is repeated {} times instead of 100 (--rounds)"
 
 
 @pytest.mark.parametrize(
     ("tree", "options", "why"),
     [
-        (ANGLE.replace("CONDITION", "angle * 2 > 80"), {}, "not all values are tried of: angle"),
+        (ANGLE.replace("CONDITION", "angle % 7 > 3"), {}, SAMPLED),
         (f"  repeat: {{count: 100}}\n  do: {TURN}", {"rounds": 3}, ROUNDS.format(3)),
         ("  repeat: {count: 100}\n  do: {set: {n: 1}}", {}, ROUNDS.format(2)),
     ],
