@@ -180,8 +180,10 @@ class RunningLimits:
                 known.add(variable)
 
     def _silence_of(self, name: str) -> float:
-        """Return the faults of a topic without any message."""
-        return 1 if self._answers.at("followed", name)[1:] else math.inf
+        """Return the faults of a topic without any message; 0 if it has sent no number."""
+        if self._topics[name].count:
+            return 0
+        return 1 if self._answers.is_ever("quiet", name) else math.inf
 
     def open(self, now_ns: int) -> tuple[Due, ...]:
         """Put all limits off that are running, and return them."""

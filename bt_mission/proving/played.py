@@ -149,6 +149,8 @@ class Played:
     def _note_event(self, entry: PlayedGoal, event: Event) -> None:
         match event:
             case Event.REJECTED:
+                if "answer" in entry.written:
+                    entry.written["answer_after"] = self._since(entry)
                 entry.written["answer"] = "reject"
             case Event.CANCEL_REFUSED:
                 entry.written["cancel"] = "refuse"

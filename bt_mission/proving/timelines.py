@@ -118,6 +118,8 @@ class Timelines:
             if f"{service.name} does not answer" in words:
                 effect = Effect("ignore_service", {"service": _bare(service.name)})
                 self._answer(effect)
+            if service.calls and service.delays:
+                self.doubts.append(f"no scenario delays a response of {service.name}")
             self._note_presence(service, _served(service))
 
     def _silence(self, topic: Topic) -> None:

@@ -178,16 +178,16 @@ requirements:
     - fallback: [{check: load < 4}, {log: heavy}]
     - wait: 2
     - log: $load"""
-    sent, silent = run_all(tmp_path, tree, head, faults=1)[:2]
+    sent, silent = run_all(tmp_path, tree, head, faults=1, answers="usual,load:extreme")[:2]
     assert scenario_of(sent)["faults"] == [
-        "at 0.0: drop load lasting 0.1",
-        "at 0.1: publish load every 0.05 data=3.0",
+        "at 0.0: drop load lasting 0.05",
+        "at 0.05: publish load every 0.05 data=3.0",
     ]
     assert silent.steps[1:] == ("/load sends nothing more", "time passes: 'wait' is over")
     assert scenario_of(silent)["faults"] == [
-        "at 0.0: drop load lasting 0.1",
-        "at 0.1: publish load every 0.05 data=0.0 lasting 0.075",
-        "at 0.175: drop load",
+        "at 0.0: drop load lasting 0.05",
+        "at 0.05: publish load every 0.05 data=0.0 lasting 0.075",
+        "at 0.125: drop load",
     ]
 
 
@@ -218,7 +218,7 @@ def test_a_leaf_in_python_returns_the_statuses_of_the_way(tmp_path: Path) -> Non
     - check: width < 3"""
     head = "requirements: {opens: never $width > 2}\n"
     value, waits = run_all(tmp_path, tree, head)
-    fault = "return_status door failure width=3.0 lasting 0.05"
+    fault = "return_status door failure width=2.5 lasting 0.05"
     assert scenario_of(value)["faults"] == [f"at 0.05: {fault}"]
     assert scenario_of(waits)["faults"] == ["at 0.05: return_status door running"]
 
@@ -255,18 +255,19 @@ def test_what_no_run_shows_is_named(tmp_path: Path) -> None:
 
 
 def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -> None:
-    """Behind the success of the other branch, which would otherwise not wait for it."""
-    tree = """\
+    """Behind the limit of the first goal, which has no result."""
+    goal = "move: {secs: 1, linear_velocity: 0.1}, timeout: 9, server_timeout: 1"
+    tree = f"""\
   sequence:
-    - parallel:
-        - {move: {secs: 1, linear_velocity: 0.1}, timeout: 9, outputs: {error_code: code}}
-        - {take_pictures: {nseconds: 5}, timeout: 20}
-      succeed_when: any
-      rest: finish
+    - fallback:
+        - {{{goal}, outputs: {{error_code: code}}, name: first}}
+        - log: nobody
+    - {{{goal}, name: second}}
     - log: $code"""
-    (finding,) = run_all(tmp_path, tree)
-    assert finding.steps[3] == "/move has a server again"
-    assert scenario_of(finding)["faults"] == ["at 0.0: kill_server move lasting 0.15"]
+    left_out = "usual,move:reject,move:no_answer,move:server_lost,move:refuse_cancel"
+    (finding,) = run_all(tmp_path, tree, answers=f"{left_out},move:ignore_cancel")
+    assert finding.steps[2] == "/move has a server again"
+    assert scenario_of(finding)["faults"] == ["at 0.0: kill_server move lasting 1.05"]
 
 
 def test_feedback_that_ends_is_scripted(tmp_path: Path) -> None:
