@@ -55,6 +55,8 @@ class Service:
         self.calls: list[tuple[ServiceLeaf, Callable[[Any], None]]] = []
         """The leaves that wait for an answer, and what takes it."""
         self.is_mute = False
+        self.is_seen = False
+        """Has the present tick looked for it? It sees the same each time."""
         self.delays = 0
         """The ticks for which the answer was not there yet, though something happened."""
         self.is_untimed = False
@@ -70,6 +72,9 @@ class Service:
     def is_ready(self) -> bool:
         """Choose whether there is a server."""
         self._on_use(self)
+        if self.is_seen:
+            return not self.is_away
+        self.is_seen = True
         rows = self._answers.at("missing" if self.is_away else "found", self.name)
         options = [_option(self.name, row) for row in rows]
         self.is_away = rows[self._choices.choose(options)].name in ("no_server", "away")

@@ -467,6 +467,8 @@ class Environment(OfferedClients):
             keep_open(node)
         for server in self._goal_servers.values():
             server.adopt(self._action_leaves)
+        for service in self._services.values():
+            service.is_seen = False
         if self._limits.are_all_open:
             self._moment.open = self._limits.open(until_ns)
         self._moment.untimed = self._untimed_key()

@@ -117,6 +117,8 @@ class GoalServer:
         self.goals: list[ServedGoal] = []
         """Those that the server has not ended, in the order in which they arrived."""
         self.is_away = False
+        self.is_seen = False
+        """Has the present tick looked for it? It sees the same each time."""
         self.is_untimed = False
         """May answers be late by any number of ticks?"""
         self.is_cut = Known()
@@ -136,6 +138,9 @@ class GoalServer:
             return not self.is_away
         if self.is_lost:
             return False
+        if self.is_seen:
+            return not self.is_away
+        self.is_seen = True
         rows, options = self._presence("missing" if self.is_away else "found")
         row = rows[self._choices.choose(options)]
         self.is_away = row.name in ("no_server", "away")
@@ -185,6 +190,7 @@ class GoalServer:
 
     def adopt(self, leaves: list[ActionLeaf]) -> None:
         """Note whose goals they are, after a tick; forget those that are over."""
+        self.is_seen = False
         if not self.goals:
             return
         self.is_lost = False

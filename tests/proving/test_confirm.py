@@ -267,7 +267,7 @@ def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -
     left_out = "usual,move:reject,move:no_answer,move:server_lost,move:refuse_cancel"
     (finding,) = run_all(tmp_path, tree, answers=f"{left_out},move:ignore_cancel")
     assert finding.steps[2] == "/move has a server again"
-    assert scenario_of(finding)["faults"] == ["at 0.0: kill_server move lasting 1.05"]
+    assert scenario_of(finding)["faults"] == ["at 0.0: kill_server move lasting 1.1"]
 
 
 def test_feedback_that_ends_is_scripted(tmp_path: Path) -> None:
