@@ -74,6 +74,8 @@ def prove(options: argparse.Namespace) -> int:
         print(*outcome_rows(proof.outcomes, sys.stdout.encoding), sep="\n")
     if proof.is_interrupted:
         return INTERRUPTED
+    if options.output is not None:
+        print(f"the page: {options.output / PAGE}", file=sys.stderr)
     is_refused = proof.revision is not None and bool(proof.revision.refusals)
     fails = proof.findings or proof.not_exercised or is_refused
     return MISSION_FAILED if fails else SUCCESS
@@ -196,7 +198,6 @@ def _write_pages(proof: Proof, folder: Path) -> None:
     page = folder / PAGE
     make_folder_of(page)
     write_file(page, page_of(proof, runs))
-    print(f"the page: {page}", file=sys.stderr)
 
 
 def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 ANSWER_S = 20.0
 """Wall time to wait for the response: the executive checks the new version first."""
 
+YAML = (".yaml", ".yml")
+
 EPILOG = """\
 examples:
   bt-mission run mine.yaml --editable --speed 1      in one terminal
@@ -32,17 +34,23 @@ input, such as a file with errors
 
 
 def revise(options: argparse.Namespace) -> int:
-    """Send the new version; return the exit code."""
-    mission = _examined(options)
+    """Send the new version; return the exit code.
+
+    The executive checks it. What it does not take is checked here, too, where errors have places.
+    """
+    request = _request(options)
     prepare_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
     with ExecutiveDirectory() as graph:
         executive = look_for(graph, options)
         if executive is None:  # the reason was printed
+            _examined(options)
             print("Only missions that run with --editable can be changed", file=sys.stderr)
             return _refused(options, f"{options.executive or 'an executive'} was not found")
-        answer = graph.revise(executive.name, _request(mission, options), ANSWER_S)
+        answer = graph.revise(executive.name, request, ANSWER_S)
+    if answer is None or not answer.success:
+        _examined(options)
     if answer is None:
         print(f"{executive.name}/revise does not answer", file=sys.stderr)
         return _refused(options, f"{executive.name}/revise does not answer")
@@ -79,14 +87,27 @@ def _examined(options: argparse.Namespace) -> Mission:
     return required(examine(path, servers=None, permissions=permissions, given=ELSEWHERE))
 
 
-def _request(mission: Mission, options: argparse.Namespace) -> Any:
+def _request(options: argparse.Namespace) -> Any:
+    """Return the request; only a file that may include others is examined, which takes a second.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    from bt_mission.core.yaml.document import read_source
+
+    path, included = mission_file(options), {}
+    text = read_source(path) if path.suffix in YAML else "include"
+    if "include" in text:
+        mission = _examined(options)
+        text = mission.document.text
+        included = {mission.portable_name(each.file): each.text for each in mission.included}
     from bt_mission_interfaces.srv import ReviseMission
 
     return ReviseMission.Request(
-        file=mission.file,
-        text=mission.document.text,
-        include_names=[mission.portable_name(document.file) for document in mission.included],
-        include_texts=[document.text for document in mission.included],
+        file=str(path),
+        text=text,
+        include_names=list(included),
+        include_texts=list(included.values()),
         dry_run=options.dry_run,
         keep_goals=options.keep_goals,
     )

@@ -130,7 +130,7 @@ def _on_screen(
     interrupts: InterruptSignals,
 ) -> Summary:
     """Carry it out on a full screen, which shows one mission at a time."""
-    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.ros.local_client import LocalExecutive
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.run_app import RunApp
 
@@ -156,7 +156,7 @@ def shown_on_page(
     Args:
         live: Makes the faults that pages ask for.
     """
-    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.ros.local_client import LocalExecutive
     from bt_mission.sessions.drive import StepDriver
     from bt_mission.views.web.live import LiveMission, OpenPanels
     from bt_mission.views.web.run import ENDED, ShownRun

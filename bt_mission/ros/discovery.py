@@ -1,79 +1,23 @@
-"""The executives of a graph, for viewers; or the one of this process."""
+"""The executives of a graph, for viewers."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 from bt_mission_interfaces.srv import ReviseMission
-from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.dds.participants import Discovery
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, ListedExecutive
-from bt_mission.ros.graph import REQUESTS, GraphConnection, quiet_node, type_hash_of
-from bt_mission.ros.local_client import LocalClient, LocalRun
+from bt_mission.ros.graph import REQUESTS, GraphConnection, type_hash_of
 from bt_mission.ros.mission_client import TOPICS, MissionClient
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
 
 SERVE_S = 0.05
 """Wall time for which messages are received at a stretch."""
-
-
-class LocalSession(Protocol):
-    """A session that serves a further node, such as :class:`bt_mission.sessions.stage.Stage`."""
-
-    @property
-    def runs(self) -> Sequence[LocalRun]:
-        """Its missions, at least one."""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether the missions have ended."""
-
-    def add_node(self, node: Node) -> None:
-        """Serve it, too."""
-
-    def drain(self) -> None:
-        """Serve what is on its way, without a step."""
-
-
-class LocalExecutive:
-    """The executives of this process as a graph; their session serves the subscriptions.
-
-    Args:
-        session: Serves the subscriptions.
-    """
-
-    where = "this process"
-
-    def __init__(self, session: LocalSession) -> None:
-        self._runs = {run.node.get_fully_qualified_name(): run for run in session.runs}
-        self.name = next(iter(self._runs))
-        """The name of the first executive."""
-        self._session = session
-        self._node = quiet_node("bt_mission_screen", session.runs[0].node.context)
-        session.add_node(self._node)
-
-    def serve(self) -> None:
-        """The session serves, step by step; messages of its last step are handled after it."""
-        if self._session.is_done:
-            self._session.drain()
-
-    def find(self) -> tuple[ListedExecutive, ...]:
-        """All of them."""
-        return tuple(ListedExecutive(name) for name in self._runs)
-
-    def attach(self, name: str) -> LocalClient:
-        """Return the source of an executive."""
-        return LocalClient(self._node, self._runs[name])
-
-    def close(self) -> None:
-        """Leave, before the session is closed."""
-        self._node.destroy_node()
 
 
 class ExecutiveDirectory:

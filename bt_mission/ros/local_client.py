@@ -1,8 +1,9 @@
-"""One executive of this process and its robot, for a view: its messages need no middleware."""
+"""Executives of this process and their robots, for a view: their messages need no middleware."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -12,8 +13,9 @@ from typing_extensions import override
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
 from bt_mission.events.events import Event
-from bt_mission.events.source import Received
+from bt_mission.events.source import ListedExecutive, Received
 from bt_mission.ros import event_messages, robot_relay, status_publisher
+from bt_mission.ros.graph import quiet_node
 from bt_mission.ros.mission_client import TOPICS, MissionClient
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
@@ -107,3 +109,56 @@ class LocalClient(MissionClient):
         if look.charge is None:
             return ((base, lidar), scan)
         return ((base, lidar), scan, messages.BatteryState(look.charge, look.voltage))
+
+
+class LocalSession(Protocol):
+    """A session that serves a further node, such as :class:`bt_mission.sessions.stage.Stage`."""
+
+    @property
+    def runs(self) -> Sequence[LocalRun]:
+        """Its missions, at least one."""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the missions have ended."""
+
+    def add_node(self, node: Node) -> None:
+        """Serve it, too."""
+
+    def drain(self) -> None:
+        """Serve what is on its way, without a step."""
+
+
+class LocalExecutive:
+    """The executives of this process as a graph; their session serves the subscriptions.
+
+    Args:
+        session: Serves the subscriptions.
+    """
+
+    where = "this process"
+
+    def __init__(self, session: LocalSession) -> None:
+        self._runs = {run.node.get_fully_qualified_name(): run for run in session.runs}
+        self.name = next(iter(self._runs))
+        """The name of the first executive."""
+        self._session = session
+        self._node = quiet_node("bt_mission_screen", session.runs[0].node.context)
+        session.add_node(self._node)
+
+    def serve(self) -> None:
+        """The session serves, step by step; messages of its last step are handled after it."""
+        if self._session.is_done:
+            self._session.drain()
+
+    def find(self) -> tuple[ListedExecutive, ...]:
+        """All of them."""
+        return tuple(ListedExecutive(name) for name in self._runs)
+
+    def attach(self, name: str) -> LocalClient:
+        """Return the source of an executive."""
+        return LocalClient(self._node, self._runs[name])
+
+    def close(self) -> None:
+        """Leave, before the session is closed."""
+        self._node.destroy_node()

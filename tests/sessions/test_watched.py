@@ -11,7 +11,7 @@ from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
 from bt_mission.ros import robot_relay, status_publisher
-from bt_mission.ros.discovery import LocalExecutive
+from bt_mission.ros.local_client import LocalExecutive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
