@@ -24,6 +24,7 @@ from bt_mission.programs.executors import ProgramExecutor
 from bt_mission.programs.mains import MainProgram
 from bt_mission.programs.replaced import adopt
 from bt_mission.ros.graph import as_default
+from bt_mission.sessions.scripted_server import ScriptedServer
 
 if TYPE_CHECKING:
     from bt_mission.sessions.stage_robot import FleetRobot
@@ -101,6 +102,8 @@ class OwnNodes:
     def destroyed(self) -> Iterator[str]:
         """Yield a line for each node that its own code has destroyed: nothing answers for it."""
         for factory, _, node in self._made:
+            if isinstance(getattr(node, "server", None), ScriptedServer):
+                continue  # a fault destroys it
             try:
                 with node.handle:
                     pass
