@@ -65,10 +65,10 @@ def test_a_page_opened_after_the_end_goes_back_through_the_run(
 async def test_values_goals_requirements_and_the_map(
     screen: Screen, executive: ScriptedExecutive
 ) -> None:
-    """A variable against time; the map, which is open where there is room."""
+    """A variable against time, with gaps; the map, which is open where there is room."""
     goal = goal_in("active", (1.0, 1.0), goal_id="0123456789", action="/drive", owner="drive")
     executive.judge(is_slow="violated -0.1", has_room="open 0.5")
-    for value in ("0.1", "0.25", "0.2"):
+    for value in ("0.1", "0.25", "inf", "0.2"):
         executive.detail(0.5, goals_sent=1, goals=(goal,), variables=(("speed", value),))
         await screen.shows("variables", value)
     await screen.shows("goals", "active")
@@ -77,8 +77,9 @@ async def test_values_goals_requirements_and_the_map(
     await screen.shows("figures", " · 1 of 2 requirements violated")
     assert await screen.look("document.querySelector('#requirements code').textContent")
     await screen.look("document.querySelector('#variables button').click()")
-    await screen.shows("chart-title", "speed: 0.1 to 0.25")
-    await screen.until("document.querySelector('#chart-drawing polyline').points.length === 6")
+    await screen.shows("chart-title", "speed: 0.1 to 0.25, and not finite")
+    lines = "[...document.querySelectorAll('#chart-drawing polyline')]"
+    await screen.until(f"{lines}.map((one) => one.points.length).join() === '4,2'")
     executive.show(
         (messages.FrameTransform("map", "base_link", 1.5, 0.25, 0.0),),
         messages.Map(1.0, 3, 2, 0.0, 0.0, 0.0, bytes([0, 100, 0, 255, 0, 0])),

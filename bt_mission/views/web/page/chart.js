@@ -1,4 +1,4 @@
-// One variable against time.
+// One variable against time. A value that is not finite is null, and a gap.
 
 import { byId } from "./words.js";
 
@@ -15,7 +15,8 @@ export function drawChart(store, name) {
   byId("chart").hidden = !values;
   if (!values) return;
   const drawing = byId("chart-drawing");
-  if (!values.length) {
+  const numbers = values.map((one) => one[1]).filter((value) => value !== null);
+  if (!numbers.length) {
     byId("chart-title").textContent = `${name}: no number`;
     drawing.replaceChildren();
     byId("chart-range").replaceChildren();
@@ -23,21 +24,20 @@ export function drawChart(store, name) {
   }
   const end = store.replay ? Math.max(store.replay.duration, values.at(-1)[0]) : Math.max(store.now, values.at(-1)[0]);
   const begin = store.replay ? 0 : values[0][0];
-  const numbers = values.map((one) => one[1]);
   const low = numbers.reduce((one, other) => Math.min(one, other));
   const high = numbers.reduce((one, other) => Math.max(one, other));
   const x = (at) => (WIDTH * (at - begin)) / Math.max(end - begin, 1e-9);
   const y = (value) => HEIGHT - EDGE - ((HEIGHT - 2 * EDGE) * (value - low)) / Math.max(high - low, 1e-9);
-  const points = [];
+  const lines = [[]]; // a new one behind each value that is not finite
   values.forEach(([at, value], number) => {
-    if (number) points.push(`${x(at).toFixed(1)},${y(values[number - 1][1]).toFixed(1)}`);
-    points.push(`${x(at).toFixed(1)},${y(value).toFixed(1)}`);
+    const until = values[number + 1]?.[0] ?? end; // a value holds until the next one
+    if (value === null) lines.push([]);
+    else lines.at(-1).push(...[at, until].map((time) => `${x(time).toFixed(1)},${y(value).toFixed(1)}`));
   });
-  points.push(`${x(end).toFixed(1)},${y(numbers.at(-1)).toFixed(1)}`);
   const shown = store.replay ? store.replay.at : store.past;
-  drawing.replaceChildren(svg("polyline", { points: points.join(" ") }));
+  drawing.replaceChildren(...lines.filter((points) => points.length).map((points) => svg("polyline", { points: points.join(" ") })));
   if (shown !== null) drawing.append(svg("line", { x1: x(shown), x2: x(shown), y1: 0, y2: HEIGHT }));
-  byId("chart-title").textContent = `${name}: ${+low.toPrecision(6)} to ${+high.toPrecision(6)}`;
+  byId("chart-title").textContent = `${name}: ${+low.toPrecision(6)} to ${+high.toPrecision(6)}${numbers.length < values.length ? ", and not finite" : ""}`;
   const range = byId("chart-range");
   range.replaceChildren(...[begin, end].map((at) => {
     const label = document.createElement("span");

@@ -2,6 +2,7 @@
 
 const SPACING = 500; // messages between two states that are kept
 const NEAR = 200; // messages that are applied one by one; for more, the whole state is sent
+const NOT_FINITE = ["inf", "-inf", "nan"]; // as variables are written
 const LOG_LINES = 500;
 const TRAIL_POINTS = 2000;
 const MARKS = 500;
@@ -157,7 +158,8 @@ export class Recorded {
     this.data.messages.forEach((message, index) => {
       if (message.tree) { values = []; offset = message.tree.start - this.data.start; }
       const found = (message.variables ?? []).find((variable) => variable[0] === name);
-      if (found && found[1] !== "" && Number.isFinite(Number(found[1]))) values.push([this.data.times[index] - offset, Number(found[1])]);
+      const value = NOT_FINITE.includes(found?.[1]) ? null : Number(found?.[1] || "text");
+      if (!Number.isNaN(value)) values.push([this.data.times[index] - offset, value]);
     });
     return values;
   }
