@@ -28,7 +28,7 @@ LEARN_S = 0.6
 """Wall time to wait for the names of missions."""
 
 SAY_S = 1.8
-"""Wall time after which it is said that no executive is there."""
+"""Wall time after which a line reports that no executive is there."""
 
 STATUSES_S = 2.0
 """Wall time to wait for statuses; without them the tree is shown as it is known."""

@@ -64,7 +64,7 @@ class MissionRuntime:
         self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
         self._allow_duplicates = False
         self.warnings: list[str] = []
-        """What was warned of so far, each once."""
+        """The warnings so far, each once."""
 
     @property
     def is_done(self) -> bool:
