@@ -36,7 +36,7 @@ input, such as a file with errors
 def revise(options: argparse.Namespace) -> int:
     """Send the new version; return the exit code.
 
-    The executive checks it. A version that it refuses is checked here, too: errors have places here.
+    The executive checks it. One that it refuses is checked here, too, where errors have places.
     """
     request = _request(options)
     prepare_graph(options)
