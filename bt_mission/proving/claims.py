@@ -58,6 +58,8 @@ class Broken:
     nodes: tuple[str, ...] = ()
     needs_fault: bool = False
     """Does it show only where a fault may still happen?"""
+    faults_left: float = 0
+    """The most faults that a way to it leaves."""
 
 
 @dataclass
@@ -95,7 +97,9 @@ class Claims:
         for broken in shown:
             if faults_left >= 1 or not broken.needs_fault:
                 key = broken.name, broken.about
-                self.broken.setdefault(key, replace(broken, state=state))
+                known = self.broken.get(key)
+                if known is None or faults_left > known.faults_left:
+                    self.broken[key] = replace(broken, state=state, faults_left=faults_left)
 
     def _look_at_end(self, environment: Environment) -> Iterator[Broken]:
         executive = environment.executive

@@ -42,7 +42,7 @@ NO_RUN = {
 }
 """By property, why no run shows it."""
 _NO_NUMBER = re.compile(r"[=\[ ](nan|-?inf)\b|=\[\]")
-"""What a fault has no value for: a number that is none, an infinite one, an empty list."""
+"""Values that no fault has: NaN, an infinite number, an empty list."""
 _PLACE = re.compile(r"^\S+:\d+:\d+: ")
 
 

@@ -36,7 +36,8 @@ class Change(NamedTuple):
         is_done: Has the mission ended?
         is_stuck: Will nothing more happen?
         shown: What the claims have seen.
-        beside: The names of what limits go on behind an answer, which may come at another instant.
+        beside: The names of the limits that still run behind an answer, which may come at another
+            instant.
     """
 
     limits: tuple[tuple[int, int], ...]

@@ -75,7 +75,7 @@ class Due(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it limits, by its name."""
+        """The name of the node or thing that it limits."""
         if self.node is not None:
             return f"'{self.node.name}'"
         return "a topic" if isinstance(self.owner, _Message | _FirstMessage) else "an old goal"

@@ -399,7 +399,7 @@ def _instants(explored: Explored, environment: Environment) -> Iterator[str]:
         what = f"{listed(explored.beside)} {'is' if len(explored.beside) == 1 else 'are'} running"
         yield f"not all instants are taken: of answers that come while {what}"
     if environment.delayed:
-        after = f"{listed(environment.delayed)} behind {MOST_DELAYS} other events"
+        after = f"{listed(environment.delayed)} behind {counted(MOST_DELAYS, 'other event')}"
         yield f"not all instants are taken: of answers of {after}"
 
 

@@ -223,8 +223,9 @@ class Uses:
 
     @property
     def times(self) -> tuple[float, ...]:
-        """The constant times of the mission, s."""
-        return tuple(sorted(self._times))
+        """The least, the middle and the greatest of the constant times of the mission, s."""
+        times = sorted(self._times)
+        return tuple(dict.fromkeys(times[index] for index in (0, len(times) // 2, -1) if times))
 
     def drawing(self, node: NodeModel) -> list[Use]:
         """Return the expressions of a node that draw."""
@@ -280,7 +281,7 @@ class Uses:
 
 
 def condition_use(node: InterfaceNode, place: str = "") -> Use:
-    """Return the condition of a node on messages; its fields have names of their own."""
+    """Return the condition of a node on messages; its fields have separate names."""
     condition = node.condition
     assert condition is not None
     asked = shapes(node.type).asks

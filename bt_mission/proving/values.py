@@ -50,8 +50,8 @@ MOST_FIXED = 16
 """Combinations of known values of the other names in an expression that are considered."""
 MOST_ELEMENTS = 12
 OTHER_TEXT = "other"
-MANY_ROUNDS_TOLD = (1, 2, 3)
-"""Numbers of rounds that are told apart, where a value decides how many there are."""
+DISTINCT_ROUNDS = (1, 2, 3)
+"""Numbers of rounds that are distinguished, where a value decides how many there are."""
 
 
 class Case(NamedTuple):
@@ -419,7 +419,7 @@ class ValueCases:
                 rule = use.rule
                 assert rule is not None
                 ends = [end for end in (rule.least, rule.most) if math.isfinite(end)]
-                told: Sequence[float] = MANY_ROUNDS_TOLD if rule.whole else self._uses.times
+                told: Sequence[float] = DISTINCT_ROUNDS if rule.whole else self._uses.times
                 return [*ends, *told]
         return []
 
@@ -495,7 +495,7 @@ class ValueCases:
         assert rule is not None
         if not rule.allows(result):
             return "refused"
-        told: Sequence[float] = MANY_ROUNDS_TOLD if rule.whole else self._uses.times
+        told: Sequence[float] = DISTINCT_ROUNDS if rule.whole else self._uses.times
         return tuple((result > number) - (result < number) for number in told)
 
     def _effect_on(self, use: Use, result: Any, above: tuple[str, ...]) -> Any:
