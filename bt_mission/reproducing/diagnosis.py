@@ -13,6 +13,7 @@ from bt_mission.reproducing.motion import motion_faults
 from bt_mission.reproducing.sight import (
     Visitor,
     battery_faults,
+    fit_of,
     frozen_faults,
     sight_faults,
     visitor_faults,
@@ -47,7 +48,7 @@ def diagnose(evidence: Evidence, robot: RobotModel) -> Diagnosis:
         seen = list(sight_faults(evidence, around))
     lost = [each for each in faults if each.name in LOST]
     faults += [each for each in seen if not any(_overlap(each, other) for other in lost)]
-    faults += motion_faults(evidence, robot, faults)
+    faults += motion_faults(evidence, robot, faults, fit_of(evidence, around))
     faults += goal_faults(evidence, faults)
     things = visitors(evidence, around, _doubtful(faults, evidence))
     faults += visitor_faults(things)

@@ -23,6 +23,8 @@ from bt_mission.reproducing.evidence import Evidence, Floats
 from bt_mission.reproducing.silences import spans_where
 
 STEP_S = 0.05
+MOST_WORN = 0.1
+"""Wheels that are usually larger or smaller by a smaller share are worn."""
 LEAST_V, LEAST_W = 0.006, 0.03
 """m/s and rad/s by which odometry differs from the wheels."""
 SLIP_V, SLIP_W = 0.04, 0.15
@@ -38,6 +40,12 @@ PUSH_RISES_S = 0.12
 STANDS_N = 6.0
 """A push of less moves nothing."""
 STANDING_RAD_S, TURNING_RAD_S = 0.1, 0.9
+SETTLED = 12
+"""Samples before and after a span whose place is compared."""
+LEAST_DRIFT, BEYOND_NOISE = (0.004, 0.006), 3.0
+"""M and rad of the best localisation, and how many times the noise a fault has to be."""
+FEW_DRIFTS = 10
+WELL_PLACED_M = 0.02
 GRIPS = (0.0, 0.02, 0.05, 0.1, 0.2)
 
 
@@ -129,12 +137,13 @@ def _held(table: Floats, column: int, times: Floats) -> Floats:
 
 
 def motion_faults(
-    evidence: Evidence, robot: RobotModel, others: Sequence[DiagnosedFault]
+    evidence: Evidence, robot: RobotModel, others: Sequence[DiagnosedFault], fit: Floats
 ) -> Iterator[DiagnosedFault]:
     """Yield faults of wheels, motors and odometry, and pushes.
 
     Args:
         others: Faults that are known, such as silences of odometry.
+        fit: Times, s, with how far scans are from the world, m.
     """
     motion = motion_of(evidence, robot)
     stopped = list(_not_turning(evidence, robot, motion))
@@ -146,7 +155,7 @@ def motion_faults(
         for fault in others
         if fault.name in ("odometry_dead", "drop")
     ]
-    yield from _slips(robot, motion, known)
+    yield from _slips(robot, motion, known, fit)
 
 
 # ---- motors and blocked wheels ---------------------------------------------------------------
@@ -234,6 +243,7 @@ def _wrong_odometry(robot: RobotModel, motion: Motion) -> Iterator[DiagnosedFaul
     """Yield spans in which odometry differs from the wheels."""
     has_wheels = not np.isnan(motion.joint_v).all()
     v, w = (motion.joint_v, motion.joint_w) if has_wheels else (motion.ahead, motion.turn)
+    v, w = _scaled(v, motion.odom_v), _scaled(w, motion.odom_w)
     dv, dw = motion.odom_v - v, motion.odom_w - w
     if np.isnan(dv).all():
         return
@@ -248,6 +258,15 @@ def _wrong_odometry(robot: RobotModel, motion: Motion) -> Iterator[DiagnosedFaul
         if inside.sum() < 5:
             continue
         yield from _odometry_fault(robot, motion, (v, w), inside, begin, end)
+
+
+def _scaled(wheels: Floats, odometry: Floats) -> Floats:
+    """Return what odometry makes of wheels that are not exactly as large as it assumes."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shares = (odometry / wheels)[np.abs(wheels) > 0.05]
+    shares = shares[np.isfinite(shares)]
+    share = float(np.median(shares)) if len(shares) > 9 else 1.0
+    return wheels * share if abs(share - 1) < MOST_WORN else wheels
 
 
 def _odometry_fault(
@@ -334,9 +353,9 @@ def _fitted_error(
 
 
 def _slips(
-    robot: RobotModel, motion: Motion, known: Sequence[tuple[float, float]]
+    robot: RobotModel, motion: Motion, known: Sequence[tuple[float, float]], fit: Floats
 ) -> Iterator[DiagnosedFault]:
-    """Yield spans in which the robot moves other than its wheels turn."""
+    """Yield spans in which the robot moves other than its wheels turn, and stays there."""
     has_wheels = not np.isnan(motion.joint_v).all()
     v, w = (motion.joint_v, motion.joint_w) if has_wheels else (motion.odom_v, motion.odom_w)
     dv, dw = motion.ahead - v, motion.turn - w
@@ -345,7 +364,11 @@ def _slips(
     with np.errstate(invalid="ignore"):
         size = np.abs(dv) / SLIP_V + np.abs(dw) / SLIP_W + np.abs(motion.left) / SIDEWAYS
     spans = spans_where(motion.times, differs, 1, gap_s=0.2)
+    drift = Drift.of(dv, motion.left, dw)
+    noise = drift.noise(motion.times, spans)
     for begin, end in _beyond_corrections(motion, spans, differs, size):
+        if not drift.is_beyond(noise, begin, end) or not _fits(fit, begin, end):
+            continue
         if end - begin < STEP_S / 2 and size[round(begin / STEP_S)] < MOMENT:
             continue
         if any(low < begin < high for low, high in known) or begin < 2 * STEP_S:
@@ -355,8 +378,73 @@ def _slips(
         is_moment = end - begin < 2.5 * STEP_S
         if is_moment or (end - begin < IMPULSE_S and _is_impulse(motion, inside, dv, dw)):
             yield _impulse(robot, motion, end, inside, force)
-        elif end - begin >= 0.25:
+        elif end - begin >= 0.25 and _goes_on(inside, dv, dw):
             yield _slip(motion, begin, end, inside, dv, dw)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """By how much the place differs from what the wheels say: sums over time, 20 Hz, m and rad."""
+
+    ahead: Floats
+    left: Floats
+    turn: Floats
+
+    @classmethod
+    def of(cls, ahead: Floats, left: Floats, turn: Floats) -> Drift:
+        """Return the sums of velocities."""
+        return cls(*(np.cumsum(np.nan_to_num(each)) * STEP_S for each in (ahead, left, turn)))
+
+    def over(self, begin: float, end: float) -> tuple[float, float]:
+        """Return by how much it has changed from before a span to after it, m and rad.
+
+        Medians, so that a place that is corrected soon after does not count.
+        """
+        first, last = round(begin / STEP_S), round(end / STEP_S) + 1
+        before = slice(max(first - SETTLED, 0), max(first, 1))
+        after = slice(min(last, len(self.turn) - 1), last + SETTLED)
+        change = [
+            float(np.median(each[after]) - np.median(each[before]))
+            for each in (self.ahead, self.left, self.turn)
+        ]
+        return math.hypot(change[0], change[1]), abs(change[2])
+
+    def noise(self, times: Floats, spans: Sequence[tuple[float, float]]) -> tuple[float, float]:
+        """Return what it usually changes by, m and rad, away from the spans in question."""
+        margin = SETTLED * STEP_S
+        starts = np.arange(margin, max(times[-1] - margin, margin + STEP_S), 4 * STEP_S)
+        away = [
+            start
+            for start in starts
+            if all(end + margin < start or start + margin < begin for begin, end in spans)
+        ]
+        if len(away) < FEW_DRIFTS and len(spans) < OFTEN:
+            return LEAST_DRIFT
+        # Where nothing is quiet, what is in question is itself the noise.
+        quiet = away if len(away) >= FEW_DRIFTS else list(starts)
+        changes = np.array([self.over(start, start) for start in quiet])
+        move, turn = np.percentile(changes, 90, axis=0)
+        return max(float(move), LEAST_DRIFT[0]), max(float(turn), LEAST_DRIFT[1])
+
+    def is_beyond(self, noise: tuple[float, float], begin: float, end: float) -> bool:
+        """Return whether a span changes it by more than noise."""
+        move, turn = self.over(begin, end)
+        return move > BEYOND_NOISE * noise[0] or turn > BEYOND_NOISE * noise[1]
+
+
+def _fits(fit: Floats, begin: float, end: float) -> bool:
+    """Return whether scans fit the world both before and after a span, as they usually do.
+
+    A localiser that is wrong, or corrects itself, moves the robot on the map alone.
+    """
+    if len(fit) < 4:
+        return True
+    usual = float(np.percentile(fit[:, 1], 25))
+    for low, high in ((begin - 0.6, begin), (end + STEP_S, end + 0.7)):
+        near = fit[(fit[:, 0] >= low) & (fit[:, 0] <= high), 1]
+        if len(near) and float(np.median(near)) > 2 * usual + WELL_PLACED_M:
+            return False
+    return True
 
 
 def _beyond_corrections(
@@ -381,6 +469,12 @@ def _beyond_corrections(
         if size[part].max() > MUCH_LARGER * usual
         or (differs[part].mean() > 0.8 and differs[part].sum() > 2 * FEW_SAMPLES)
     ]
+
+
+def _goes_on(inside: np.ndarray, dv: Floats, dw: Floats) -> bool:
+    """Return whether the robot moves other than its wheels during most of a span."""
+    ahead, turn = (abs(float(np.nanmedian(each[inside]))) for each in (dv, dw))
+    return ahead > SLIP_V / 4 or turn > SLIP_W / 3
 
 
 def _is_impulse(motion: Motion, inside: np.ndarray, dv: Floats, dw: Floats) -> bool:

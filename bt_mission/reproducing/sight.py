@@ -24,11 +24,21 @@ NOISE_M, BIAS_M, BLIND_SHARE = 0.008, 0.025, 0.06
 NOISY_M, BIASED_M, LOST_SHARE = 0.03, 0.02, 0.1
 """A lidar whose scans all differ more from the world is so by its nature, which is no fault."""
 SILENT_NOISE_M = 0.012
+LEAST_BIAS_M, AGREES = 0.03, 0.75
+"""M, and the share of rays that agree on it: less is within what a robot's place is known by."""
 LEAST_SCANS = 3
 NEW_M = 0.13
 """A point this far from all that stands still belongs to something that came."""
+BLUR_SHARE, BLUR_M, BLURS, MOST_BLUR_M = 60, 0.02, 2.5, 0.1
+"""Of a scan, this percentile of the distances to the world is its blur, m: more than usual, it is
+of the pose, and a thing has to be farther away by this multiple. A scan of more shows nothing."""
+FIT_SHARE, FIT_ROUNDS, FIT_STEP = 70, 6, 1e-3
+MOST_SHIFT_M, MOST_SHIFT_RAD = 0.5, 0.3
+"""The percentage of points that decide where a scan fits, and how far it may be from its place."""
 EXACT_M, FAR_SHARE = 3.5, 0.04
 """Ranges beyond this vary by this share of the rest, m; from there, rays miss thin things."""
+WALL_M, ASKEW_M = 0.4, 0.3
+"""A thing that is longer, and so near to the world, cannot be told from a wall."""
 THROUGH_M = 0.2
 """A ray that reaches so far past a place shows that nothing is there."""
 SEEN_THROUGH = 0.25
@@ -88,6 +98,8 @@ class Sight:
     noise: Floats
     bias: Floats
     lost: Floats
+    agreement: Floats
+    """The share of rays that differ in the direction of the bias, by a half to twice as much."""
     lost_rays: npt.NDArray[np.bool_]
     """Rays without a return where a surface is in range: a row for each scan."""
     expected_rays: npt.NDArray[np.bool_]
@@ -168,13 +180,14 @@ def sight_of(evidence: Evidence, around: Surroundings) -> Sight | None:
         np.array([row[2] for row in rows]),
         np.array([row[3] for row in rows]),
         np.array([row[4] for row in rows]),
+        np.array([row[5] for row in rows]),
         bearings,
     )
 
 
 def _compare(
     scan: SeenScan, around: Surroundings, lidar: Pose2D
-) -> tuple[float, float, float, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+) -> tuple[float, float, float, float, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     ranges = scan.ranges.astype(np.float64)
     numbers = np.arange(ranges.size, dtype=np.float64)
     angles: Floats = lidar.yaw + scan.angle_min + scan.increment * numbers
@@ -191,7 +204,8 @@ def _compare(
     bias = float(np.median(difference[near])) if near.sum() > 10 else 0.0
     lost = visible & ~got
     share = float(lost.sum() / visible.sum()) if visible.sum() > 10 else 0.0
-    return noise, bias, share, lost, visible
+    agrees = np.abs(difference[near] - bias) < max(abs(bias) / 2, BIAS_M)
+    return noise, bias, share, float(agrees.mean()) if agrees.size else 0.0, lost, visible
 
 
 def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[DiagnosedFault]:
@@ -203,6 +217,8 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[Diagnosed
     usual_noise, spread = _usual(sight.noise, NOISY_M, SILENT_NOISE_M)
     noisy = sight.noise > 1.35 * usual_noise + NOISE_M / 2 + spread
     for begin, end, lasting in _spans(evidence, sight, noisy, step):
+        if lasting is None and begin <= sight.times[0] + step:
+            continue  # from the first scan to the last: it is the lidar's own
         inside = (sight.times >= begin) & (sight.times <= end)
         level = float(np.median(sight.noise[inside]))
         sigma = round(math.sqrt(max(level**2 - usual_noise**2, 1e-6)), 3)
@@ -220,7 +236,9 @@ def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[Diagnosed
     for begin, end, lasting in _spans(evidence, sight, off, step):
         inside = (sight.times >= begin) & (sight.times <= end)
         metres = round(float(np.median(sight.bias[inside])) - usual_bias, 2)
-        if abs(metres) < 0.02:
+        # A wrong pose makes the ranges of one side longer, and those of the other shorter.
+        agrees = float(np.median(sight.agreement[inside])) > AGREES
+        if abs(metres) < LEAST_BIAS_M or not agrees:
             continue
         yield DiagnosedFault(
             fault_at(begin - step / 2, "lidar_bias", metres, lasting=lasting),
@@ -302,6 +320,16 @@ def _sector(bearings: Floats, blind: npt.NDArray[np.bool_]) -> tuple[float, floa
     return round(middle - half, 1), round(middle + half, 1)
 
 
+def fit_of(evidence: Evidence, around: Surroundings) -> Floats:
+    """Return how well scans fit the world: rows of times, s, and the usual distance from it, m."""
+    rows = []
+    for scan in evidence.scans[:: max(1, len(evidence.scans) // MOST_SCANS)]:
+        points, _ = points_of(scan, evidence.lidar_pose(scan))
+        if len(points) > LEAST_POINTS:
+            rows.append((scan.time_s, float(np.percentile(around.distances(points), BLUR_SHARE))))
+    return np.array(rows, np.float64).reshape(-1, 2)
+
+
 # ---- things that come and go -----------------------------------------------------------------
 
 
@@ -352,8 +380,14 @@ def visitors(
             continue
         lidar = evidence.lidar_pose(scan)
         points, rays = points_of(scan, lidar)
+        if not len(points):
+            continue
+        points, distances = settled(around, points, lidar)
+        blur = max(float(np.percentile(distances, BLUR_SHARE)) - BLUR_M, 0.0)
+        if blur > MOST_BLUR_M:
+            continue
         far = np.hypot(points[:, 0] - lidar.x, points[:, 1] - lidar.y) - EXACT_M
-        new = around.distances(points) > NEW_M + FAR_SHARE * np.maximum(far, 0.0)
+        new = distances > NEW_M + FAR_SHARE * np.maximum(far, 0.0) + BLURS * blur
         for cluster in _clusters(points[new], rays[new]):
             _follow(tracks, scan.time_s, cluster, (lidar.x, lidar.y))
     seen = [
@@ -367,9 +401,57 @@ def visitors(
     plausible = [
         each
         for each in several
-        if each is not None and not (around.is_mapped and not each.moves and _stays(evidence, each))
+        if each is not None
+        and not (around.is_mapped and not each.moves and _stays(evidence, each))
+        and not _is_wall(around, each)
     ]
     return plausible[:MOST_OBSTACLES]
+
+
+def settled(around: Surroundings, points: Floats, lidar: Pose2D) -> tuple[Floats, Floats]:
+    """Return the points of a scan where they fit the world best, with their distances from it, m.
+
+    Where a localiser is wrong by a little, walls would else be things that came. Most points
+    decide, so that a thing stays where it is. A scan that shows nothing new stays as it is.
+    """
+    best, distances = points, around.distances(points)
+    shift = np.zeros(3)
+    if (distances > NEW_M).sum() < LEAST_POINTS:
+        return best, distances
+    fit = float(np.percentile(distances, FIT_SHARE))
+    for _ in range(FIT_ROUNDS):
+        placed = _shifted(points, lidar, shift)
+        now = around.distances(placed)
+        near = now <= np.percentile(now, FIT_SHARE)
+        slopes = np.column_stack(
+            [
+                (around.distances(_shifted(placed[near], lidar, step)) - now[near]) / FIT_STEP
+                for step in FIT_STEP * np.eye(3)
+            ]
+        )
+        shift = shift - np.linalg.lstsq(slopes, now[near], rcond=None)[0]
+        if math.hypot(shift[0], shift[1]) > MOST_SHIFT_M or abs(shift[2]) > MOST_SHIFT_RAD:
+            break
+        placed = _shifted(points, lidar, shift)
+        now = around.distances(placed)
+        if float(np.percentile(now, FIT_SHARE)) < fit:
+            best, distances, fit = placed, now, float(np.percentile(now, FIT_SHARE))
+    return best, distances
+
+
+def _shifted(points: Floats, lidar: Pose2D, shift: Floats) -> Floats:
+    """Return points moved by m and turned around the lidar by rad."""
+    x, y = points[:, 0] - lidar.x, points[:, 1] - lidar.y
+    cos, sin = math.cos(shift[2]), math.sin(shift[2])
+    return np.column_stack(
+        (lidar.x + cos * x - sin * y + shift[0], lidar.y + sin * x + cos * y + shift[1])
+    )
+
+
+def _is_wall(around: Surroundings, thing: Visitor) -> bool:
+    """Return whether a thing is long and lies along the world: a wall, seen from a wrong pose."""
+    distance = float(np.percentile(around.distances(thing.points), 80))
+    return thing.radius is None and thing.size[0] > WALL_M and distance < ASKEW_M
 
 
 def _stays(evidence: Evidence, thing: Visitor) -> bool:

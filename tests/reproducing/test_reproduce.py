@@ -46,9 +46,14 @@ DRIVE = {
 ROBOT = {"/scan", "/odom", "/tf", "/tf_static", "/cmd_vel", "/joint_states", "/battery_state"}
 
 
-def recorded(folder: Path, *faults: str) -> Path:
-    """Record a run with faults; return the file with the topics of a robot alone."""
+def recorded(folder: Path, *faults: str, **more: Any) -> Path:
+    """Record a run with faults; return the file with the topics of a robot alone.
+
+    Args:
+        more: Further keys of the scenario.
+    """
     data = {
+        **more,
         "scenario": "recorded",
         "mission": DRIVE,
         "faults": list(faults),
