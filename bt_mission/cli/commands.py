@@ -9,6 +9,7 @@ from typing import Any
 
 COMMANDS: Mapping[str, str] = {
     "run": "run a mission",
+    "play": "run programs of rclpy with the simulated robot, without a mission",
     "watch": "monitor a running mission; pause, step or stop it",
     "revise": "continue a running mission with another version of its file",
     "edit": "write, check, draw and run missions in a browser",
@@ -49,6 +50,7 @@ COMMANDS: Mapping[str, str] = {
 
 PAGES: Mapping[str, Sequence[str]] = {
     "run": ("first-mission", "scenarios", "recording"),
+    "play": ("test-the-server-you-have", "own-nodes"),
     "watch": ("terminal", "watch-in-a-browser"),
     "revise": ("change-while-it-drives",),
     "edit": ("edit-in-a-browser", "mission-language"),

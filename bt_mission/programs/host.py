@@ -16,6 +16,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.task import Future, Task
 
+from bt_mission.core.stamps import NS
 from bt_mission.executors.coroutines import awaited_by
 from bt_mission.programs import replaced
 from bt_mission.programs.calls import Call, Life, Program, Wait, current_call
@@ -37,6 +38,9 @@ READS_PER_INSTANT = 200
 STEP_NS = 1_000_000
 """That step."""
 
+_OWN_TOPICS = ("/parameter_events", "/clock")
+"""Topics to which rclpy subscribes by itself."""
+
 _REAL_THREADS = 1 << 48
 """Numbers of the threads of programs begin here."""
 
@@ -56,6 +60,7 @@ class ProgramHost:
 
     def __init__(self, clock: VirtualTimeExecutor) -> None:
         self.clock = clock
+        self._start_ns = clock.now_ns
         self.is_over = False
         self.executors: WeakSet[ProgramExecutor] = WeakSet()
         self.switches = 0
@@ -281,7 +286,10 @@ class ProgramHost:
     def run_main(self, program: MainProgram, then: Callable[[], None]) -> None:
         """Run a whole program; `then` is called at its end, when its nodes are destroyed."""
         call = Call(program, program.life, None, None, None, program.run)
-        self._advance(call)
+        if self._advance(call):
+            self._end(program)
+            then()
+            return
 
         async def go_on() -> None:
             await self._to_its_end(call)
@@ -389,6 +397,25 @@ class ProgramHost:
             if not executor.context.ok():
                 executor.stop(from_within=by)
 
+    @property
+    def time_s(self) -> float:
+        """Virtual time since the start, s."""
+        return (self.clock.now_ns - self._start_ns) / NS
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is due for programs: no wait, no timer, no message."""
+        waits = (call.wait for call in self.calls)
+        if any(wait is None or wait.is_timed or wait.over.is_over for wait in waits):
+            return False
+        return not any(
+            any(not timer.is_canceled() for timer in node.timers)
+            or any(each.topic_name not in _OWN_TOPICS for each in node.subscriptions)
+            or any(client._pending_requests for client in node.clients)
+            or any(map(_awaits_answers, node.waitables))
+            for node in self._programs
+        )
+
     def take_advanced(self) -> bool:
         """Return once whether code of programs has run."""
         advanced, self._advanced = self._advanced, False
@@ -437,6 +464,15 @@ class ProgramHost:
             call.program.swap_out()
             replaced.put_back(former)
             self.calls.pop(call, None)
+
+
+def _awaits_answers(waitable: Any) -> bool:
+    """Return whether something is a client of an action that has asked for anything."""
+    return isinstance(waitable, ActionClient) and bool(
+        waitable._pending_goal_requests
+        or waitable._pending_cancel_requests
+        or waitable._pending_result_requests
+    )
 
 
 @dataclass(frozen=True)

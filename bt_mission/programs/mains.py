@@ -7,6 +7,7 @@ import io
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
@@ -111,6 +112,23 @@ class _Lines(io.TextIOBase):
             self.write("\n")
 
 
+@dataclass(frozen=True)
+class WholeProgram:
+    """A program to run.
+
+    Attributes:
+        file: The file, absolute.
+        arguments: After its name on the command line.
+        say: Receives the lines that it prints, each after its virtual time, s.
+        end: Receives its exit code.
+    """
+
+    file: Path
+    arguments: Sequence[str]
+    say: Callable[[float, str], None]
+    end: Callable[[int], None]
+
+
 class MainProgram(Program):
     """A file that runs as ``__main__``.
 
@@ -204,14 +222,21 @@ class MainProgram(Program):
             if end.code is None or isinstance(end.code, int):
                 return end.code or 0
             self.output.write(f"{end.code}\n")
-        except KeyboardInterrupt:
-            traceback.print_exc(file=self.output)
+        except KeyboardInterrupt as error:
+            self._show(error)
             return INTERRUPTED
-        except Exception:  # noqa: BLE001 - whatever a program raises
-            traceback.print_exc(file=self.output)
+        except Exception as error:  # noqa: BLE001 - whatever a program raises
+            self._show(error)
         else:
             return 0
         return 1
+
+    def _show(self, error: BaseException) -> None:
+        """Print a traceback, from the file of the program on."""
+        trace = error.__traceback__
+        while trace is not None and trace.tb_frame.f_code.co_filename != str(self.file):
+            trace = trace.tb_next
+        traceback.print_exception(type(error), error, trace, file=self.output)
 
     def _run_file(self) -> None:
         """Run the file, and its `main` if it only defines one, as a console script does."""

@@ -15,13 +15,12 @@ from rclpy.node import Node
 from bt_mission.core.diagnostics import InputError, quoted
 from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.interrupts import TookTooLong, interrupted_after
-from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_lines
 from bt_mission.language.mission import NodeFactory
 from bt_mission.language.plugins import PythonError, find_factory, find_program, program_of
 from bt_mission.programs import Program, ProgramHost
 from bt_mission.programs.executors import ProgramExecutor
-from bt_mission.programs.mains import MainProgram
+from bt_mission.programs.mains import MainProgram, WholeProgram
 from bt_mission.programs.replaced import adopt
 from bt_mission.ros.graph import as_default
 from bt_mission.sessions.scripted_server import ScriptedServer
@@ -48,6 +47,7 @@ class OwnNodes:
             robot.
         host: Runs their code.
         seed: Of their random numbers.
+        programs: Whole programs that run beside the nodes.
         context: The rclpy context of the stage.
         made: Destroys them.
 
@@ -64,6 +64,7 @@ class OwnNodes:
         made: ExitStack,
         host: ProgramHost | None = None,
         seed: int = 0,
+        programs: Sequence[WholeProgram] = (),
     ) -> None:
         self._context, self._host = context, host
         self._is_served = False
@@ -80,6 +81,9 @@ class OwnNodes:
                 continue
             program = host.program(name_of(factory), name, context)
             self._make(host, program, factory, namespace)
+        for number, whole in enumerate(programs):
+            assert host is not None, "there is code of users"
+            self._start(host, whole, f"{seed}/program {number}")
 
     @property
     def nodes(self) -> list[Node]:
@@ -166,17 +170,36 @@ class OwnNodes:
         if namespace:
             arguments += ["--ros-args", "-r", f"__ns:=/{namespace}"]
 
-        def say(line: str) -> None:
-            time_s = host.clock.now_ns / NS - 1
-            sys.stderr.write(f"{time_s:9.2f} s  {program.name}: {escape_lines(line)}\n")
+        def say(time_s: float, line: str) -> None:
+            sys.stderr.write(f"{time_s:9.2f} s  {file.stem}: {escape_lines(line)}\n")
 
-        program = MainProgram(host, seed, file, arguments, say)
+        def end(exit_code: int) -> None:
+            say(host.time_s, f"ended with exit code {exit_code}")
+
+        program = WholeProgram(file, arguments, say, end)
+        try:
+            self._start(host, program, seed)
+        except BtMissionError as error:
+            _refuse(factory, str(error))
+
+    def _start(self, host: ProgramHost, whole: WholeProgram, seed: str) -> None:
+        """Run a program until it waits.
+
+        Raises:
+            BtMissionError: It computes for too long.
+        """
+        program = MainProgram(
+            host, seed, whole.file, whole.arguments, lambda line: whole.say(host.time_s, line)
+        )
         try:
             with interrupted_after(LONGEST_S), as_default(self._context):
-                host.run_main(program, lambda: say(f"ended with exit code {program.exit_code}"))
+                host.run_main(program, lambda: whole.end(program.exit_code or 0))
         except TookTooLong:
-            message = f"{file.name} computed for {LONGEST_S:g} s without waiting"
-            _refuse(factory, message, "it must spin, sleep or end")
+            raise BtMissionError(
+                f"{whole.file.name} computed for {LONGEST_S:g} s without waiting; it must spin, "
+                "sleep or end",
+                code="BT-215",
+            ) from None
 
     def _checked(self, factory: Factory, made: Any) -> Node:
         if not isinstance(made, Node):

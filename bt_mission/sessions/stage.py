@@ -203,9 +203,18 @@ class Stage(Session):
 
     def _make_own(self, members: Sequence[FleetRobot], made: ExitStack) -> OwnNodes:
         """Make the nodes of the user, which may wait meanwhile."""
-        if self._options.nodes or any(robot.mission.nodes for robot in members):
+        named = (*self._options.nodes, *self._options.programs)
+        if named or any(robot.mission.nodes for robot in members):
             self._host = ProgramHost(self.clock)
-        own = OwnNodes(self._options.nodes, members, self.context, made, self._host, self._seed)
+        own = OwnNodes(
+            self._options.nodes,
+            members,
+            self.context,
+            made,
+            self._host,
+            self._seed,
+            self._options.programs,
+        )
         if self._host is not None:
             made.callback(self._host.close)
         return own
@@ -289,6 +298,11 @@ class Stage(Session):
         self.watch = ClockWatch(self._progress, is_virtual=True, limit_s=limit_s)
         self.watch.last_words.append(self.leave)
         return self.watch
+
+    @property
+    def has_idle_programs(self) -> bool:
+        """Whether no program will do anything unless another one asks for it."""
+        return self._host is None or self._host.is_idle
 
     def _progress(self) -> int:
         resumed = 0 if self._host is None else self._host.switches
@@ -414,7 +428,9 @@ class Stage(Session):
 def _has_users_code(members: Sequence[FleetRobot], options: StageOptions) -> bool:
     """Return whether code of users takes part, or may do so after a revision."""
     is_named = any(robot.mission.nodes or has_python(robot.mission) for robot in members)
-    return bool(is_named or options.nodes or options.simulator or options.editable)
+    return bool(
+        is_named or options.nodes or options.programs or options.simulator or options.editable
+    )
 
 
 def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:

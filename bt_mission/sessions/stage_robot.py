@@ -23,6 +23,7 @@ from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.trees import all_steps, has_python
+from bt_mission.programs.mains import WholeProgram
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
@@ -56,6 +57,7 @@ class StageOptions:
         nodes: Make nodes of the user, besides those that missions name; called with ``context=``.
             The nodes join the stage on its clock. Actions that they offer replace those of the
             servers.
+        programs: Whole programs, which run beside those.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: The number of obstacles that can appear during the run.
         editable: Take new versions of missions from other processes while they run.
@@ -75,6 +77,7 @@ class StageOptions:
     watched: bool = False
     without: Collection[str] = ()
     nodes: Sequence[NodeFactory | Callable[..., Node]] = ()
+    programs: Sequence[WholeProgram] = ()
     context: Context | None = None
     props: int = 0
     editable: bool = False

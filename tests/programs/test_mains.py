@@ -152,7 +152,11 @@ ENDS = [
     ("import sys, rclpy\nrclpy.init()\nsys.exit(3)\n", 3, []),
     ("import sys, rclpy\nrclpy.init()\nsys.exit('no map')\n", 1, ["no map"]),
     ("import rclpy\nrclpy.init()\nrclpy.init()\n", 1, ["Context.init() must only be called once"]),
-    ("import rclpy\nrclpy.init()\n1 / 0\n", 1, ["line 3", "ZeroDivisionError"]),
+    (
+        "import rclpy\nrclpy.init()\n1 / 0\n",
+        1,
+        ["(most recent call last):\n  File", "line 3", "ZeroDivisionError"],
+    ),
     ("class Server: pass\n", 1, ["program.py ended without rclpy.init(): it has no main()"]),
     (
         (

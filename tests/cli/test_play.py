@@ -1,0 +1,61 @@
+"""``bt-mission play``: programs with the simulated robot, without a mission."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import CommandLine
+from tests.support.project import ROOT
+
+CODE = ROOT / "docs" / "tutorials" / "code"
+
+
+@pytest.mark.parametrize(
+    ("threads", "line"),
+    [("", (20.0, "status 4, 22 numbers")), (" --threads", (5.0, "status 5, 7 numbers"))],
+)
+def test_a_server_and_a_client_are_played(
+    cli: CommandLine, threads: str, line: tuple[float, str]
+) -> None:
+    """It ends when the server only waits; the code is that of the programs."""
+    server, client = f"{CODE}/sleepy_server.py{threads}", f"{CODE}/impatient_client.py"
+    played = json.loads(cli(f"play '{server}' {client} --json"))
+    assert played["exit_codes"] == {"sleepy_server": None, "impatient_client": 0}
+    assert played["lines"][-1] == [line[0], "impatient_client", line[1]]
+    assert (played["time_s"], played["why"]) == (line[0], "idle")
+
+
+def test_a_program_uses_the_robot_until_its_time_is_over(cli: CommandLine, tmp_path: Path) -> None:
+    """Scans and our action servers are there; what it prints has its time."""
+    program = tmp_path / "listens.py"
+    program.write_text(
+        "import rclpy\n"
+        "from bt_mission_interfaces.action import Turn\n"
+        "from rclpy.action import ActionClient\n"
+        "from rclpy.qos import qos_profile_sensor_data\n"
+        "from sensor_msgs.msg import LaserScan\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('listens')\n"
+        "print(ActionClient(node, Turn, 'turn').wait_for_server(timeout_sec=1))\n"
+        "node.create_subscription(LaserScan, 'scan', lambda _: print('scan'), "
+        "qos_profile_sensor_data)\n"
+        "rclpy.spin(node)\n",
+        encoding="utf-8",
+    )
+    out = cli(f"play {program} --for 2", 124)
+    assert "     0.25 s  listens: True\n" in out
+    assert out.count("listens: scan") >= 8
+    assert out.endswith("listens: runs\n2 s: the time is over\n")
+
+
+def test_what_cannot_be_played_is_refused(cli: CommandLine, tmp_path: Path) -> None:
+    """With what is wrong; a program that fails ends with its code."""
+    cli(f"play {tmp_path}/none.py", 2)
+    assert "no such file: none.py" in cli.err
+    failing = tmp_path / "fails.py"
+    failing.write_text("import rclpy, sys\nrclpy.init()\nsys.exit('no map')\n", encoding="utf-8")
+    out = cli(f"play {failing}", 1)
+    assert out == ("     0.00 s  fails: no map\nfails: exit code 1\n0 s: all programs have ended\n")
