@@ -118,8 +118,12 @@ class Claims:
         nodes = tuple(node for node in named if f"'{node}'" in executive.reason)
         yield Broken(name, about, "", f"the mission ends: {executive.reason}", nodes=nodes)
 
-    def finish(self, explored: Explored) -> None:
-        """Look at the whole, once every state was visited."""
+    def finish(self, explored: Explored, *, are_samples: bool = False) -> None:
+        """Look at the whole, once every state was visited.
+
+        Args:
+            are_samples: Were not all values tried? Another one may lead out of a loop.
+        """
         if ORPHANED in self.failures:
             del self.failures[ORPHANED]
             for action, owner in self.given_up:
@@ -127,7 +131,7 @@ class Claims:
         for state in sorted(explored.stuck)[:1]:
             text = "nothing more happens, and no limit is running"
             self.take((Broken("ends", "stuck", "", text),), state, 0)
-        if not explored.is_exhaustive:
+        if not explored.is_exhaustive or are_samples:
             return
         hopeless = explored.hopeless()
         if hopeless and not explored.stuck:

@@ -32,6 +32,9 @@ BEHIND_S = 10.0
 MOST_SEEDS = 8
 """Number of seeds to try for a run with random draws."""
 
+LONGEST_REASON = 80
+"""Characters of a reason in a scenario, which takes patterns of 200."""
+
 PART_OF = {name: part for part, name in ONE_GOAL.items()}
 """The parts that one goal at a time moves, by their property."""
 CLEANED = "the clean-up runs"
@@ -133,7 +136,7 @@ def _reason_of(finding: Finding) -> str:
     if finding.property == "unset_variable" and finding.broken is not None:
         return rf"'\$?{re.escape(finding.broken.about)}' has no value"
     reason = finding.text.removeprefix("the mission ends: ")
-    return re.escape(_PLACE.sub("", reason))
+    return re.escape(_PLACE.sub("", reason)[:LONGEST_REASON])
 
 
 def scenario_data(

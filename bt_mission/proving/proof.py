@@ -324,7 +324,7 @@ def _proved(
     if options.with_outcomes:
         record = CoverageRecord.attach(mission, environment.executive)
     explored = explore(environment, claims, options.bounds, elapsed_s, on_progress, learns=learns)
-    claims.finish(explored)
+    claims.finish(explored, are_samples=bool(environment.cases.sampled))
     if revision is not None:
         revision.find_ways(lambda state: _steps_to(state, explored, mission, options))
     never = tuple(claims.never_entered(environment))
