@@ -63,7 +63,7 @@ async def started(
         is_quiet: Discard its standard error.
 
     Raises:
-        OSError: The machine cannot start it, or not with so many words.
+        OSError: The machine cannot start it, or the command is too long for it.
         ValueError: A word has a null character.
     """
     return await asyncio.create_subprocess_exec(

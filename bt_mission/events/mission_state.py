@@ -89,7 +89,7 @@ class MissionState:
         self.breakpoints: tuple[str, ...] = ()
         self._requirements: dict[str, RequirementChanged] = {}
         self.untested: list[str] = []
-        """What was planned for the run and has not happened, known from its end on."""
+        """Faults and answers that were planned for the run and never happened; known at its end."""
         self._started_ns: list[int | None] = []
         """When each node last began to run, ns."""
         self._running_children: list[int] = []

@@ -63,7 +63,7 @@ class FaultOutcome:
 
     @property
     def untested(self) -> str:
-        """What a run with this outcome has not shown."""
+        """The line about a fault that a run with this outcome has not shown."""
         return f"'{self.fault}' never happened"
 
     def __str__(self) -> str:

@@ -72,14 +72,14 @@ class ServerScript:
         return ScriptedNode(self, context)
 
     def lines(self) -> dict[int | None, str]:
-        """What a run says of answers that no goal came for, by their numbers; None is for all."""
+        """Return the lines about answers that got no goal, by number; None for all of them."""
         lines: dict[int | None, str] = {None: f"{self} got no goal"}
         for number in range(len(self.goals)):
             lines[number] = f"answer {number + 1} of {self} got no goal"
         return lines
 
     def unused(self, goals: int) -> Iterator[str]:
-        """Yield what no goal came for, of so many goals that have come."""
+        """Yield the lines about unused answers, given the number of goals that have come."""
         lines = self.lines()
         if not goals and not any(goal.may_not_be_asked for goal in self.goals):
             yield lines[None]

@@ -135,7 +135,7 @@ class Assertions:
         """Every control step so far, in order."""
         self._expected_violations: set[str] = set()
         self._checked: list[tuple[str, Verdict]] = []
-        """What was checked and does not hold."""
+        """The checks so far that do not hold, with their requirements."""
 
     @property
     def requirements(self) -> Mapping[str, RequirementResult]:
