@@ -15,7 +15,7 @@ from tests.support.thorough import sample
 RUNS = 200
 """Enough for each of the following."""
 
-STATES = 300
+STATES = 100
 """With more, a mission is explored in part, and less is proved."""
 
 DRIVE = "explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.5}"
