@@ -429,6 +429,8 @@ class ProgramHost:
         """
         if self._changed:
             self._changed = False
+            if all(call.wait is None or call.wait.is_timed for call in self.calls):
+                return
             find_stuck(self.calls, self.stuck, self.holders_of, self.executors_of)
 
     def refuse_standstill(self) -> None:
