@@ -56,7 +56,7 @@ COMMANDS = {
     "play": Command(
         play,
         "Runs programs that use rclpy, unchanged, with a simulated robot and the action servers of "
-        "bt-mission, on the virtual clock: a server and a client of yours, or a client alone. It "
+        "bt-mission, on the virtual clock: your server and your client, or a client alone. It "
         "ends with the last program, or when those that remain only wait to be asked.",
         (
             Option(

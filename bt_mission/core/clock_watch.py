@@ -210,6 +210,7 @@ class ClockWatch:
         self._holders: dict[str, Holder] = {}
         self._lines: set[tuple[str, str]] = set()
         self._overrun: Holder | None = None
+        self._last_progress: int | None = None
         self._call: tuple[int, str] | None = None
         self._since = self._since_look = Stopwatch()
         self._since_urge: Stopwatch | None = None
@@ -299,14 +300,18 @@ class ClockWatch:
                 self._wishes += 1
 
     def _look(self) -> None:
-        holder = callback_in(sys._current_frames().get(self._thread))  # noqa: SLF001 - the only way
+        progress, before = self._progress(), self._last_progress
+        self._last_progress = progress
+        holder = None
+        if progress == before:  # a stack that changes while it is read has crashed CPython 3.11
+            holder = callback_in(sys._current_frames().get(self._thread))  # noqa: SLF001
         elapsed_s, self._since_look = self._since_look.elapsed_s, Stopwatch()
         own_s, self._own_s = _passed(self._own_s, time.clock_gettime(self._clock))
         all_s, self._all_s = _passed(self._all_s, time.process_time())
         if holder is None:
             self._call, self.is_held = None, False
             return
-        call = (self._progress(), holder.callback)
+        call = (progress, holder.callback)
         if call != self._call:
             self._call, self._since, self._held_s = call, Stopwatch(), 0.0
             elapsed_s = LOOK_S

@@ -39,7 +39,7 @@ STEP_NS = 1_000_000
 """That step."""
 
 _OWN_TOPICS = ("/parameter_events", "/clock")
-"""Topics to which rclpy subscribes by itself."""
+"""Topics to which rclpy itself subscribes."""
 
 _REAL_THREADS = 1 << 48
 """Numbers of the threads of programs begin here."""

@@ -38,7 +38,7 @@ MOST_SHIFT_M, MOST_SHIFT_RAD = 0.5, 0.3
 EXACT_M, FAR_SHARE = 3.5, 0.04
 """Ranges beyond this vary by this share of the rest, m; from there, rays miss thin things."""
 WALL_M, ASKEW_M = 0.4, 0.3
-"""A thing that is longer, and so near to the world, cannot be told from a wall."""
+"""A thing that is longer, and so near to the world, cannot be distinguished from a wall."""
 THROUGH_M = 0.2
 """A ray that reaches so far past a place shows that nothing is there."""
 SEEN_THROUGH = 0.25
