@@ -171,7 +171,7 @@ def conform(shape: Shape, value: Any, read: Reader, report: Report) -> Any:
 
 _EXPECTED = {"bool": "a boolean", "text": "a string", "integer": "an integer"}
 _COORDINATE = Scalar("float64", "number")
-_LONGEST_S = 2**31 - 1
+LONGEST_DURATION_S = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -281,8 +281,8 @@ class _Conforming:
     def duration(self, seconds: float, path: Path) -> Any:
         if not math.isfinite(seconds):
             return self.refuse(path, f"expected a finite number of seconds, got {seconds}")
-        if abs(seconds) > _LONGEST_S:
-            limits = f"-{_LONGEST_S} to {_LONGEST_S}"
+        if abs(seconds) > LONGEST_DURATION_S:
+            limits = f"-{LONGEST_DURATION_S} to {LONGEST_DURATION_S}"
             return self.refuse(path, f"{seconds:g} s are outside {DURATION}, {limits}")
         sec, nanosec = divmod(round(seconds * NS), NS)
         return {"sec": sec, "nanosec": nanosec}

@@ -17,6 +17,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.cleanup import Finally
+from bt_mission.behaviours.client_leaves import WaitFor
 from bt_mission.behaviours.control import Parallel, Timeout
 from bt_mission.behaviours.decorators import Repeat, Retry
 from bt_mission.behaviours.evaluator import Evaluator
@@ -25,6 +27,7 @@ from bt_mission.behaviours.runtime import MissionFailure
 from bt_mission.language.expressions.expression import draws
 from bt_mission.language.nodes.fields import TIMES
 from bt_mission.proving.choices import NOTHING, Option
+from bt_mission.proving.clients import AnyBehaviour
 
 NEVER_NS = 2**62
 MANY_ROUNDS = 10
@@ -44,7 +47,9 @@ def loose_deadlines(
     return [
         node
         for node in nodes
-        if isinstance(node, Loose) and any(other in long for other in _meanwhile(node))
+        if isinstance(node, Loose)
+        and not (isinstance(node, ActionLeaf) and evaluators[node].node.timeout is None)
+        and any(other in long for other in _meanwhile(node))
     ]
 
 
@@ -59,6 +64,31 @@ def lone_leaves(nodes: Iterable[Behaviour]) -> set[Behaviour]:
         for node in nodes
         if not node.children and not any(isinstance(above, Parallel) for above in _above(node))
     }
+
+
+def unlimited_leaves(
+    nodes: Iterable[Behaviour], evaluators: Mapping[Behaviour, Evaluator]
+) -> list[Behaviour]:
+    """Return the leaves that wait for an answer without a limit, their own or one above them."""
+    return [
+        node
+        for node in nodes
+        if isinstance(node, ActionLeaf | WaitFor | AnyBehaviour)
+        and getattr(evaluators[node].node, "timeout", None) is None
+        and not any(_limits(above, node) for above in _above(node))
+    ]
+
+
+def _limits(above: Behaviour, leaf: Behaviour) -> bool:
+    if isinstance(above, Finally):
+        return leaf in above.cleanup.iterate()
+    return isinstance(above, Timeout)
+
+
+def is_between_rounds(node: Behaviour) -> bool:
+    """Does a loop begin its next round with the next tick?"""
+    is_running = node.status is Status.RUNNING and isinstance(node, Repeat)
+    return is_running and node.children[0].status is not Status.RUNNING
 
 
 def keep_open(node: Loose) -> None:

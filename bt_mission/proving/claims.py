@@ -60,6 +60,8 @@ class Broken:
     """Does it show only where a fault may still happen?"""
     faults_left: float = 0
     """The most faults that a way to it leaves."""
+    is_open: bool = False
+    """Does it show only if a run stays for ever in states that show it?"""
 
 
 @dataclass
@@ -74,6 +76,10 @@ class Claims:
     """Actions and leaves of goals that the ledger has given up on some way."""
     met: set[tuple[str, Premise]] = field(default_factory=set)
     """Premises that came true on some way, each with its requirement's name."""
+    unproved: set[str] = field(default_factory=set)
+    """Properties that a run may break which an abstraction adds."""
+    _open: dict[Broken, set[int]] = field(default_factory=dict)
+    """What shows where a run stays in these states."""
 
     def look(self, environment: Environment) -> tuple[Broken, ...]:
         """Return what the state behind a step shows."""
@@ -95,7 +101,9 @@ class Claims:
     def take(self, shown: tuple[Broken, ...], state: int, faults_left: float) -> None:
         """Note what a state shows."""
         for broken in shown:
-            if faults_left >= 1 or not broken.needs_fault:
+            if broken.is_open and faults_left >= 1:
+                self._open.setdefault(broken, set()).add(state)
+            elif not broken.is_open and (faults_left >= 1 or not broken.needs_fault):
                 key = broken.name, broken.about
                 known = self.broken.get(key)
                 if known is None or faults_left > known.faults_left:
@@ -118,12 +126,25 @@ class Claims:
         nodes = tuple(node for node in named if f"'{node}'" in executive.reason)
         yield Broken(name, about, "", f"the mission ends: {executive.reason}", nodes=nodes)
 
-    def finish(self, explored: Explored, *, are_samples: bool = False) -> None:
+    def finish(
+        self, explored: Explored, *, are_samples: bool = False, is_abstract: bool = False
+    ) -> None:
         """Look at the whole, once every state was visited.
 
         Args:
             are_samples: Were not all values tried? Another one may lead out of a loop.
+            is_abstract: Is a loop or a deadline abstract? Then it may last for ever only here.
         """
+        self._find_cycles(explored, are_samples=are_samples)
+        if any(name == "ends" for name, _ in self.broken):
+            return
+        for broken, states in self._open.items():
+            if endless := explored.endless(states):
+                self.unproved.add("ends")
+                if not is_abstract:
+                    self.take((replace(broken, is_open=False),), endless[0], 1)
+
+    def _find_cycles(self, explored: Explored, *, are_samples: bool) -> None:
         if ORPHANED in self.failures:
             del self.failures[ORPHANED]
             for action, owner in self.given_up:
@@ -165,6 +186,9 @@ def _states_broken(environment: Environment) -> Iterator[Broken]:
     for leaf in environment.silent_leaves:
         text = f"'{leaf.name}' has no limit: it waits for ever where no answer comes"
         yield Broken("ends", leaf.name, leaf.name, text, needs_fault=True)
+    for leaf in environment.endless_leaves:
+        text = f"'{leaf.name}' has no limit: it runs for ever where its end does not come"
+        yield Broken("ends", leaf.name, leaf.name, text, needs_fault=True, is_open=True)
 
 
 def name_of(broken: Broken, words: Iterable[str]) -> str:

@@ -14,7 +14,7 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
 from bt_mission.behaviours.runtime import Generator
 from bt_mission.language.follow import Follow
-from bt_mission.proving.answers import ANSWERS, EXTREME, SILENT, Answer, AnswerSet
+from bt_mission.proving.answers import ANSWERS, SILENT, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
 from bt_mission.proving.domains import attribute_domain
 from bt_mission.proving.goal_servers import MOST_DELAYS, Question
@@ -109,7 +109,7 @@ class Service:
                 continue
             if row.name == "fail" and not self.has_success:
                 continue
-            for fields, faults in self._responses():
+            for fields, faults, _ in self._responses():
                 given = {"success": row.name != "fail", **fields}
                 respond = partial(self._respond, given)
                 option = _option(self.name, row, respond, more_words(fields))
@@ -143,7 +143,7 @@ class Service:
     def _responses(self) -> list[Message]:
         outputs = self._evaluator_of(self.calls[0][0]).node.outputs
         responses = self._cases.of_outputs(outputs, self._type.Response(), ("success",))
-        return usual_of(responses, self._answers, self.name)
+        return self._cases.considered(responses, self._answers, self.name)
 
     @property
     def key(self) -> tuple[Any, ...]:
@@ -226,7 +226,7 @@ class Topic:
             return []
         row = ANSWERS["value" if self._follows else "message"]
         options = []
-        for fields, faults in self._differing(waiting):
+        for fields, faults, _ in self._differing(waiting):
             if self._changes_something(fields, waiting):
                 words = more_words(fields).removeprefix(",")
                 option = _option(self.name, row, partial(self._send, fields), words)
@@ -251,7 +251,7 @@ class Topic:
             variables |= values.scope.values
         message = self._cases.message(self._type, {})
         messages = self._cases.messages(message, read, conditions, variables, self._followed)
-        return usual_of(messages, self._answers, self.name)
+        return self._cases.considered(messages, self._answers, self.name)
 
     def _changes_something(self, fields: Mapping[str, Any], waiting: list[WaitFor]) -> bool:
         """Does a message give a followed variable another value, or end a wait?"""
@@ -377,11 +377,10 @@ class AnyBehaviour(Leaf):
     def _write_outputs(self) -> None:
         for attribute, variable in self._node.outputs.items():
             if attribute not in self._domains:
-                found = attribute_domain(self._node, self._values.file, attribute)
-                self._domains[attribute] = found or self._cases.guessed(variable, self.name)
+                domain = attribute_domain(self._node, self._values.file, attribute)
+                self._domains[attribute] = domain or self._cases.guessed(variable, self.name)
             cases = self._cases.of(self._domains[attribute], variable)
-            if not self._answers.is_ever(EXTREME, self.name):
-                cases = [case for case in cases if not case.faults]
+            cases = self._cases.considered(cases, self._answers, self.name)
             options = [
                 Option(f"'{self.name}' gives {variable} = {case.value!r}", case.faults)
                 for case in cases
@@ -455,13 +454,6 @@ class Draws(dict[str, Generator]):
     def __missing__(self, name: str) -> Any:
         self[name] = self._draw(name)  # type: ignore[assignment]
         return self[name]
-
-
-def usual_of(messages: list[Message], answers: AnswerSet, name: str) -> list[Message]:
-    """Return messages without those with extreme numbers, where these are left out."""
-    if answers.is_ever(EXTREME, name):
-        return messages
-    return [entry for entry in messages if not entry.faults]
 
 
 def _option(

@@ -37,11 +37,13 @@ from bt_mission.proving.abstraction import (
     NEVER_NS,
     BoundedRepeat,
     Loose,
+    is_between_rounds,
     is_limited,
     keep_open,
     lone_leaves,
     loose_deadlines,
     meet,
+    unlimited_leaves,
 )
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import (
@@ -138,7 +140,7 @@ class Environment(OfferedClients):
         requirements: Sequence[Requirement] = (),
         is_untimed: bool = False,
     ) -> None:
-        cases = ValueCases(mission, requirements)
+        cases = ValueCases(mission, requirements, has_bound=faults != UNBOUNDED)
         super().__init__(mission, answers or AnswerSet(), Choices(faults), cases)
         self.rounds = rounds
         self.cut: dict[str, int] = {}
@@ -178,6 +180,7 @@ class Environment(OfferedClients):
             if isinstance(node, Subtree)
         ]
         self._alone = lone_leaves(nodes)
+        self._unlimited = unlimited_leaves(nodes, self._evaluators)
         self._limits = RunningLimits(
             self.executive,
             self.ledger,
@@ -539,6 +542,8 @@ class Environment(OfferedClients):
         """The leaves that wait for a server for which no limit is set at all."""
         if self._moment.limits or self._moment.open or any(map(is_limited, self._loose)):
             return []
+        if any(map(is_between_rounds, self.executive.nodes)):
+            return []
         waiting: list[Behaviour] = [
             leaf
             for leaf in self._action_leaves
@@ -547,6 +552,11 @@ class Environment(OfferedClients):
         waiting += self._any_behaviours_running
         waiting += [node for node in self._waits if node.status is Status.RUNNING]
         return waiting
+
+    @property
+    def endless_leaves(self) -> list[Behaviour]:
+        """The leaves that may wait for ever, if other limits run and begin again for ever."""
+        return [leaf for leaf in self._unlimited if self._limits.may_run_for_ever(leaf)]
 
     @property
     def _any_behaviours_running(self) -> list[AnyBehaviour]:

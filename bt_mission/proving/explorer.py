@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import gc
 from array import array
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -95,6 +95,29 @@ class Explored:
             way.append(self.scripts[state])
             state = self.came_from[state]
         return way[::-1]
+
+    def endless(self, states: Collection[int]) -> list[int]:
+        """Return the states among these from which a way without faults stays among them for ever.
+
+        Args:
+            states: Some of them.
+        """
+        before: dict[int, list[int]] = {}
+        ways: Counter[int] = Counter()
+        for start, end in zip(self.edges[::2], self.edges[1::2], strict=True):
+            if start in states and end in states:
+                before.setdefault(end, []).append(start)
+                ways[start] += 1
+        endless = set(states)
+        waiting = [state for state in states if not ways[state]]
+        while waiting:
+            state = waiting.pop()
+            endless.discard(state)
+            for start in before.get(state, ()):
+                ways[start] -= 1
+                if not ways[start]:
+                    waiting.append(start)
+        return sorted(endless)
 
     def hopeless(self) -> list[int]:
         """Return the states from which no way without faults leads to an end, in their order."""

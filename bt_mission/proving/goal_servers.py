@@ -11,7 +11,7 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
-from bt_mission.proving.answers import ANSWERS, EXTREME, ROWS, SILENT, Answer, AnswerSet
+from bt_mission.proving.answers import ANSWERS, ROWS, SILENT, Answer, AnswerSet
 from bt_mission.proving.choices import NOTHING, Choices, Option
 from bt_mission.proving.values import Known, Message, ValueCases, more_words
 from bt_mission.ros.interface_types import action_type, fill
@@ -259,12 +259,21 @@ class GoalServer:
 
     def _not_yet(self, served: ServedGoal) -> Option | None:
         """Return that an answer comes later; None where it has come late enough."""
-        if self.is_untimed:
+        is_released = served.goal.orphaned_ns is not None
+        if self.is_untimed or (is_released and self.may_be_given_up(served)):
             return NOTHING
         if served.delays < MOST_DELAYS:
             return NOTHING._replace(act=partial(self._delay, served))
         self.is_cut[MOST_DELAYS] = True
         return None
+
+    def may_be_given_up(self, served: ServedGoal) -> bool:
+        """May the ledger give it up before its server answers it in time?"""
+        if served.stage != "asked" or served.leaf is None:
+            return False
+        node = self._evaluator_of(served.leaf).node
+        is_shorter: bool = node.cancel_timeout < node.acceptance_timeout
+        return is_shorter
 
     def _delay(self, served: ServedGoal) -> None:
         served.delays += 1
@@ -301,7 +310,7 @@ class GoalServer:
                 | ("cancel_outside")
             ):
                 status = _STATUSES[row.name]
-                for fields, faults in self._results(served):
+                for fields, faults, _ in self._results(served):
                     act = partial(self._end, served, status, fields)
                     option = self._option(row, act, more_words(fields))
                     yield option._replace(faults=option.faults + faults)
@@ -371,8 +380,7 @@ class GoalServer:
         if served.leaf not in self._results_of:
             outputs = self._evaluator_of(served.leaf).node.outputs if served.leaf else {}
             cases = self._cases.of_outputs(outputs, self._type.Result())
-            if not self._answers.is_ever(EXTREME, self.name):
-                cases = [entry for entry in cases if not entry.faults]
+            cases = self._cases.considered(cases, self._answers, self.name)
             self._results_of[served.leaf] = cases
         collected: list[Message] = self._results_of[served.leaf]
         return collected

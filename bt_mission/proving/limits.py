@@ -254,6 +254,7 @@ class RunningLimits:
                 entry
                 for entry in self._owed
                 if not (are_new and entry.is_live and not entry.delays)
+                and not entry.server.may_be_given_up(entry)
             ]
             return any(entry.goal.id == due.owner[1] for entry in owed)
         return False
@@ -272,6 +273,19 @@ class RunningLimits:
         if isinstance(node, AnyBehaviour) and node.status is Status.RUNNING:
             return node.name if node.answer == "running" else ""
         return ""
+
+    def may_run_for_ever(self, leaf: Behaviour) -> bool:
+        """May a leaf without a limit of its own wait, while the limits of others run and begin?"""
+        if leaf.status is not Status.RUNNING or not isinstance(leaf, ActionLeaf):
+            return leaf.status is Status.RUNNING
+        attempt = leaf.attempt
+        if attempt is None or attempt.cause is not None:
+            return False
+        return any(
+            served.goal is attempt.goal and served.stage == "working" and not served.is_silent
+            for server in self._servers.values()
+            for served in server.goals
+        )
 
     def has_working_server(self, leaf: ActionLeaf) -> bool:
         """Does a server work on the goal of a leaf?"""

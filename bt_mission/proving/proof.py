@@ -324,7 +324,11 @@ def _proved(
     if options.with_outcomes:
         record = CoverageRecord.attach(mission, environment.executive)
     explored = explore(environment, claims, options.bounds, elapsed_s, on_progress, learns=learns)
-    claims.finish(explored, are_samples=bool(environment.cases.sampled))
+    claims.finish(
+        explored,
+        are_samples=bool(environment.cases.sampled),
+        is_abstract=environment.has_loose_deadlines or bool(environment.opened),
+    )
     if revision is not None:
         revision.find_ways(lambda state: _steps_to(state, explored, mission, options))
     never = tuple(claims.never_entered(environment))
@@ -339,6 +343,10 @@ def _proved(
         for name, count in environment.cut.items()
     ]
     why_not += [f"not all values are tried: {text}" for text in environment.cases.sampled]
+    why_not += [
+        f"not all values are tried: NaN, infinite or beyond 1e12 of {name}, without a fault left"
+        for name in environment.cases.without_extremes
+    ]
     untimed = None
     is_timed = bool(explored.beside or environment.delayed)
     if is_timed and not why_not:
@@ -355,7 +363,9 @@ def _proved(
     if never:
         considered.discard("dead_node")
     unbroken = tuple(name for name in PROPERTIES if name in considered and name not in broken_names)
-    unproved = OF_SOME_RUN if environment.has_loose_deadlines else frozenset[str]()
+    unproved = frozenset(claims.unproved)
+    if environment.has_loose_deadlines:
+        unproved |= OF_SOME_RUN
     if why_not:
         unproved = frozenset(unbroken)
     elif is_timed:

@@ -44,6 +44,8 @@ _RISING_FIRST = frozenset(("round", "clamp"))
 """Functions that rise with their first argument."""
 _TURNING = frozenset(("abs", "sqrt", "hypot", "copysign"))
 """Functions that fall up to zero and rise behind it, or have no value there."""
+_TURNING_BOTH = frozenset(("hypot", "copysign"))
+"""Those that do so with their second argument, too."""
 
 
 class UnfollowedError(Exception):
@@ -287,7 +289,7 @@ class Splitter:
         elif name in ("min", "max"):
             for argument in inner[1:]:
                 self._need_alike(inner[0], argument)
-        elif name in _TURNING and len(inner) == 1 and (is_first or name == "hypot"):
+        elif name in _TURNING and len(inner) == 1 and (is_first or name in _TURNING_BOTH):
             self._zero(inner[0])
         elif not (name in _RISING or (name in _RISING_FIRST and is_first) or not inner):
             raise UnfollowedError

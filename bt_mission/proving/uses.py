@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, Literal, TypeAlias
@@ -19,7 +20,17 @@ from bt_mission.language.expressions.syntax import (
     SyntaxNode,
 )
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.message_types import UnknownField, field_at
+from bt_mission.language.message_types import (
+    LONGEST_DURATION_S,
+    ListOf,
+    MessageShape,
+    Scalar,
+    Shape,
+    TypeMismatch,
+    UnknownField,
+    conform,
+    field_at,
+)
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import NodeModel, OutputsNode, Read
 from bt_mission.language.nodes.decorators import ForEachNode
@@ -32,9 +43,11 @@ from bt_mission.language.requirements.syntax import Measure, SignalValue, Tempor
 from bt_mission.proving.regions import DRAW, FAILED, UnfollowedError, evaluated, is_literal, reads
 from bt_mission.ros.interface_types import shapes
 
-Kind: TypeAlias = Literal["condition", "number", "flow", "elements", "plain"]
+Kind: TypeAlias = Literal["condition", "number", "flow", "elements", "sent", "plain"]
 _TOTAL = frozenset(("abs", "sign", "min", "max", "degrees", "radians", "uniform", "copysign"))
 """Functions without errors."""
+_COORDINATE = Scalar("float64", "number")
+"""A number in place of a part of a pose."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +59,11 @@ class Use:
         text: As it is written.
         place: Where, for people.
         kind: What its value is for: a condition, a number such as a time, a variable that it is
-            assigned to, the list of a loop, or for other things, which only errors change.
+            assigned to, the list of a loop, a field of a message that is sent, or for other
+            things, which only errors change.
         rule: Of a number.
         target: The variable that gets it, or its elements.
+        shape: Of the field that is sent.
     """
 
     root: SyntaxNode
@@ -57,6 +72,7 @@ class Use:
     kind: Kind
     rule: NumberRule | None = None
     target: str = ""
+    shape: Shape | None = None
 
     @property
     def shown(self) -> str:
@@ -67,6 +83,25 @@ class Use:
     def is_whole(self) -> bool:
         """Is it the value as it is?"""
         return isinstance(self.root, Name)
+
+    def is_sent(self, value: Any) -> bool:
+        """Does the field take a value? Another one ends the mission."""
+        assert self.shape is not None
+        problems: list[TypeMismatch] = []
+        conform(self.shape, value, lambda *_: None, problems.append)
+        return not problems
+
+    @property
+    def ends_of_field(self) -> tuple[float, ...]:
+        """The least and the greatest number that the field takes; none of one without numbers."""
+        most = sys.float_info.max
+        if isinstance(self.shape, Scalar):
+            return max(self.shape.least, -most), min(self.shape.most, most)
+        return (
+            (-LONGEST_DURATION_S, LONGEST_DURATION_S)
+            if isinstance(self.shape, MessageShape)
+            else ()
+        )
 
 
 def field_name(dotted: str) -> str:
@@ -126,9 +161,12 @@ def _atoms(root: SyntaxNode, use: Use, name: str, fixed: Mapping[str, Any]) -> I
     if not others and not is_formula and not is_total:
         yield root
         return
+    parts: Iterable[SyntaxNode] = root.parts
     match root:
         case _ if is_total:
             pass
+        case FunctionCall(name="copysign") if use.kind == "sent" and _is_safe(root.arguments[1]):
+            parts = root.arguments[:1]  # a field takes a number with both signs, or with none
         case Logic() | Not() | Temporal():
             pass
         case Conditional() if use.kind in ("condition", "plain"):
@@ -137,7 +175,7 @@ def _atoms(root: SyntaxNode, use: Use, name: str, fixed: Mapping[str, Any]) -> I
             pass
         case _:
             raise UnfollowedError
-    for part in root.parts:
+    for part in parts:
         yield from _atoms(part, use, name, fixed)
 
 
@@ -149,6 +187,11 @@ def _is_total(root: SyntaxNode) -> bool:
         case FunctionCall():
             return root.name in _TOTAL
     return isinstance(root, Negation)
+
+
+def _is_safe(root: SyntaxNode) -> bool:
+    """Is it computed of numbers without an error, whichever they are?"""
+    return isinstance(root, Name | Constant) or (_is_total(root) and all(map(_is_safe, root.parts)))
 
 
 def _walk(root: SyntaxNode) -> Iterator[SyntaxNode]:
@@ -243,8 +286,9 @@ class Uses:
                     name = Name(1, source, True)
                     self._note(node, Use(name, source, place, "flow", target=target))
         if isinstance(node, InterfaceNode):
-            for root, text in _roots(node.sent):
-                self._note(node, Use(root, text, place, "plain"))
+            for root, text, shape in _sent(node.sent, shapes(node.type).sends):
+                kind: Kind = "plain" if shape is None else "sent"
+                self._note(node, Use(root, text, place, kind, shape=shape))
             if node.condition is not None:
                 self._note(node, condition_use(node, place))
 
@@ -305,6 +349,29 @@ def _use_of(node: NodeModel, read: Read, root: SyntaxNode, text: str, place: str
     if isinstance(node, ForEachNode):
         return Use(root, text, place, "elements", target=node.variable)
     return Use(root, text, place, "condition" if read.wanted == "bool" else "plain")
+
+
+def _sent(value: Any, shape: Shape | None) -> Iterator[tuple[SyntaxNode, str, Shape | None]]:
+    """Yield the expressions in the fields of a message, each with the shape of its field.
+
+    Texts take every value, so they have none.
+    """
+    match value:
+        case Text():
+            is_text = isinstance(shape, Scalar) and shape.type == "text"
+            reading = value.template if is_text else value.expression
+            if not isinstance(reading, ExpressionError):
+                for root, text in _roots(reading):
+                    yield root, text, None if is_text else shape
+        case Mapping():
+            known = shape.fields if isinstance(shape, MessageShape) else {}
+            for name, part in value.items():
+                yield from _sent(part, known.get(name, _COORDINATE))
+        case list() | tuple():
+            for part in value:
+                yield from _sent(part, shape.item if isinstance(shape, ListOf) else _COORDINATE)
+        case _:
+            yield from ((root, text, shape) for root, text in _roots(value))
 
 
 def _roots(value: Any) -> Iterator[tuple[SyntaxNode, str]]:

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, islice, product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from bt_mission.behaviours.runtime import read_field
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.requirements.formula import Requirement
+from bt_mission.proving.answers import EXTREME, AnswerSet
 from bt_mission.proving.domains import Domain, domain_in
 from bt_mission.proving.regions import (
     DOUBLES,
@@ -55,10 +56,11 @@ DISTINCT_ROUNDS = (1, 2, 3)
 
 
 class Case(NamedTuple):
-    """A value with the faults that it counts as."""
+    """A value with the faults that it counts as; is it a fault as an extreme number?"""
 
     value: Any
     faults: int = 0
+    is_extreme: bool = False
 
 
 class Message(NamedTuple):
@@ -66,6 +68,10 @@ class Message(NamedTuple):
 
     fields: Mapping[str, Any]
     faults: int = 0
+    is_extreme: bool = False
+
+
+Told = TypeVar("Told", Case, Message)
 
 
 Reader = tuple[Use, str]
@@ -78,24 +84,34 @@ class ValueCases:
     Args:
         mission: Whose expressions count, those of its named trees included.
         requirements: Their conditions on variables count, too.
+        has_bound: Is the number of faults bounded? Extreme numbers are faults.
     """
 
-    def __init__(self, mission: Mission, requirements: Iterable[Requirement] = ()) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        requirements: Iterable[Requirement] = (),
+        *,
+        has_bound: bool = False,
+    ) -> None:
         self._uses = Uses(mission, requirements)
-        self._messages, self._conditions, self._found = Known(), Known(), Known()
+        self._messages, self._conditions, self._cached = Known(), Known(), Known()
         self._borders, self._busy = Known(), Known()
         self.sampled: dict[str, None] = {}
         """The values that were used and of which not all are tried, with what stopped that."""
+        self._has_bound = has_bound
+        self.without_extremes: dict[str, None] = {}
+        """Who gives extreme numbers that a mission tells from others, which take a fault."""
 
     # ---- what is asked -----------------------------------------------------------------------
 
     def of(self, domain: Domain, *variables: str) -> list[Case]:
         """Return the values of a type that differ for what reads these variables."""
         key = domain.kind, repr(domain), variables
-        if key not in self._found:
+        if key not in self._cached:
             readers = [(use, name) for name in variables for use in self._uses.of.get(name, ())]
-            self._found[key] = self._cases(domain, readers, {}, " and ".join(variables))
-        cases, notes = self._found[key]
+            self._cached[key] = self._cases(domain, readers, {}, " and ".join(variables))
+        cases, notes = self._cached[key]
         self.sampled |= dict.fromkeys(notes)
         return list(cases)
 
@@ -108,13 +124,27 @@ class ValueCases:
         is_asked = any(use.is_whole and use.kind == "condition" for use in uses)
         return Domain("bool", False) if is_asked else Domain("double", 0.0)
 
+    def considered(self, cases: list[Told], answers: AnswerSet, name: str) -> list[Told]:
+        """Return the values that something gives: without extreme numbers if these are left out.
+
+        Args:
+            cases: The values that a mission can tell apart.
+            answers: Those that are considered.
+            name: Of what gives them.
+        """
+        if not answers.is_ever(EXTREME, name):
+            return [case for case in cases if not case.faults]
+        if self._has_bound and any(case.is_extreme for case in cases):
+            self.without_extremes[name] = None
+        return cases
+
     def of_draw(self, node: NodeModel | None) -> tuple[float, ...]:
         """Return the numbers from 0 to 1 that differ for a node that draws."""
         uses = [] if node is None else self._uses.drawing(node)
         key = DRAW, id(node)
-        if key not in self._found:
-            self._found[key] = self._draw_cases(uses)
-        values, notes = self._found[key]
+        if key not in self._cached:
+            self._cached[key] = self._draw_cases(uses)
+        values, notes = self._cached[key]
         self.sampled |= dict.fromkeys(notes)
         return tuple(values)
 
@@ -198,12 +228,12 @@ class ValueCases:
             if name in variables
         )
         key = id(use), kind, holds, read
-        if key not in self._found:
+        if key not in self._cached:
             default = kind()
             candidates = sorted(
                 self.messages(default, {}, [use], variables), key=lambda message: message.faults
             )
-            self._found[key] = next(
+            self._cached[key] = next(
                 (
                     entry.fields
                     for entry in candidates
@@ -211,7 +241,7 @@ class ValueCases:
                 ),
                 None,
             )
-        fields: Mapping[str, Any] | None = self._found[key]
+        fields: Mapping[str, Any] | None = self._cached[key]
         return fields
 
     def message(self, kind: type, fields: Mapping[str, Any]) -> Any:
@@ -236,11 +266,11 @@ class ValueCases:
         names = {name for use in conditions for name in names_in(use.root)}
         given = {name: present[name] for name in names if name in present}
         key = repr(domain), dotted, variables, tuple(map(id, conditions)), repr(given)
-        if key not in self._found:
+        if key not in self._cached:
             readers = [(use, name) for name in variables for use in self._uses.of.get(name, ())]
             readers += [(use, field_name(dotted)) for use in conditions]
-            self._found[key] = self._cases(domain, readers, given, dotted)
-        cases, notes = self._found[key]
+            self._cached[key] = self._cases(domain, readers, given, dotted)
+        cases, notes = self._cached[key]
         self.sampled |= dict.fromkeys(notes)
         return list(cases)
 
@@ -252,7 +282,7 @@ class ValueCases:
         candidates = [
             Case(value) for value in self._candidates(domain, readers, given, what, notes)
         ]
-        candidates += [Case(value, 1) for value in domain.unusual]
+        candidates += [Case(value, 1, True) for value in domain.unusual]
         cases: dict[Any, Case] = {}
         for case in candidates:
             cases.setdefault(self._effect(case.value, readers, given), case)
@@ -404,7 +434,7 @@ class ValueCases:
             splitter = Splitter(line, name, others)
             for atom in atoms_of(use, name, others):
                 splitter.follow(atom)
-                if atom is use.root:
+                if atom is use.root or use.kind == "sent":
                     for number in self._levels(use, above):
                         splitter.level(atom, number)
             begins |= {first for first, _ in splitter.spans}
@@ -415,12 +445,14 @@ class ValueCases:
         match use.kind:
             case "flow":
                 return self._borders_of(use, above)
+            case "sent":
+                return list(use.ends_of_field)
             case "number":
                 rule = use.rule
                 assert rule is not None
                 ends = [end for end in (rule.least, rule.most) if math.isfinite(end)]
-                told: Sequence[float] = DISTINCT_ROUNDS if rule.whole else self._uses.times
-                return [*ends, *told]
+                numbers: Sequence[float] = DISTINCT_ROUNDS if rule.whole else self._uses.times
+                return [*ends, *numbers]
         return []
 
     def _borders_of(self, use: Use, above: tuple[str, ...]) -> list[float]:
@@ -434,10 +466,10 @@ class ValueCases:
             begins: set[int] = set()
             for entry in self._uses.of.get(name, ()):
                 begins |= self._begins(DOUBLES, entry, name, {}, (*above, name))
-            found = [DOUBLES.at(begin) for begin in sorted(begins) if begin != DOUBLES.first]
+            numbers = [DOUBLES.at(begin) for begin in sorted(begins) if begin != DOUBLES.first]
             if above:
-                return found
-            self._borders[name] = found
+                return numbers
+            self._borders[name] = numbers
         borders: list[float] = self._borders[name]
         return borders
 
@@ -458,28 +490,28 @@ class ValueCases:
 
     def _effect(self, value: Any, readers: list[Reader], given: Mapping[str, Any]) -> Any:
         """Return what tells a value from others: what is made of it where it is read."""
-        found = []
+        effects = []
         for use, name in readers:
             try:
-                found.append(self._effect_of(use, name, value, given, ()))
+                effects.append(self._effect_of(use, name, value, given, ()))
             except UnfollowedError:
-                found.append(("a sample", repr(value)))
-        return tuple(found)
+                effects.append(("a sample", repr(value)))
+        return tuple(effects)
 
     def _effect_of(
         self, use: Use, name: str, value: Any, given: Mapping[str, Any], above: tuple[str, ...]
     ) -> Any:
-        found = []
+        effects = []
         for others in self._others(use, name, given):
             for atom in atoms_of(use, name, others):
                 result = evaluated(atom, name, value, others)
-                found.append(self._seen(use, result, above, is_whole=atom is use.root))
-        return tuple(found)
+                effects.append(self._seen(use, result, above, is_whole=atom is use.root))
+        return tuple(effects)
 
     def _seen(self, use: Use, result: Any, above: tuple[str, ...], *, is_whole: bool) -> Any:
         if result is FAILED:
             return "an error"
-        if not is_whole or use.kind == "condition":
+        if use.kind == "condition" or (not is_whole and use.kind != "sent"):
             return result if isinstance(result, bool) else "no condition"
         match use.kind:
             case "flow":
@@ -488,6 +520,8 @@ class ValueCases:
                 return self._length_of(use, result)
             case "elements":
                 return repr(result)
+            case "sent" if not use.is_sent(result):
+                return "refused"
         return ""
 
     def _length_of(self, use: Use, result: Any) -> Any:
@@ -495,8 +529,8 @@ class ValueCases:
         assert rule is not None
         if not rule.allows(result):
             return "refused"
-        told: Sequence[float] = DISTINCT_ROUNDS if rule.whole else self._uses.times
-        return tuple((result > number) - (result < number) for number in told)
+        numbers: Sequence[float] = DISTINCT_ROUNDS if rule.whole else self._uses.times
+        return tuple((result > number) - (result < number) for number in numbers)
 
     def _effect_on(self, use: Use, result: Any, above: tuple[str, ...]) -> Any:
         """Return the effect of a value on what reads the variable that it is assigned to."""
@@ -518,15 +552,15 @@ class ValueCases:
         notes: dict[str, None] = {}
         spans, _ = self._spans(DRAWN, readers, {}, "the draw", notes)
         values = dict.fromkeys(DRAWN.representative(span) for span in spans)
-        found: dict[Any, float] = {}
+        draw_of: dict[Any, float] = {}
         for value in (0.5, *values):
-            found.setdefault(self._effect(value, readers, {}), value)
-        is_told = len(found) > 1
+            draw_of.setdefault(self._effect(value, readers, {}), value)
+        is_told = len(draw_of) > 1
         if draws > 1 and is_told:
             notes |= dict.fromkeys(f"the draws in {use.shown}: several together" for use in uses)
         if notes:
-            found |= {"first": DRAWN.at(DRAWN.first), "last": DRAWN.at(DRAWN.last)}
-        return list(dict.fromkeys(found.values())), list(notes)
+            draw_of |= {"first": DRAWN.at(DRAWN.first), "last": DRAWN.at(DRAWN.last)}
+        return list(dict.fromkeys(draw_of.values())), list(notes)
 
 
 def _draws_in(root: Any) -> int:
@@ -553,7 +587,8 @@ def _combinations(parts: Mapping[str, Sequence[Case]]) -> Iterator[Message]:
         chosen = islice(dict.fromkeys(chain(singles, product(*parts.values()))), MOST_COMBINATIONS)
     for cases in chosen:
         fields = dict(zip(names, [case.value for case in cases], strict=True))
-        yield Message(fields, sum(case.faults for case in cases))
+        is_extreme = any(case.is_extreme for case in cases)
+        yield Message(fields, sum(case.faults for case in cases), is_extreme)
 
 
 def assign(message: Any, fields: Mapping[str, Any]) -> Any:

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import pytest
 
+from bt_mission.language.mission import Mission
+from bt_mission.proving.answers import parse_answers
 from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
 from tests.support.brute_force import small_mission
@@ -120,10 +122,15 @@ FAILING = {
 }
 
 
+def mission_of(case: Case) -> Mission:
+    """Return a mission."""
+    tree = textwrap.indent(case.tree, "  ")
+    return load(f"mission: m\n{case.head}tree:\n{tree}\n")
+
+
 def proof_of(case: Case, faults: int = 0) -> Proof:
     """Prove a mission."""
-    tree = textwrap.indent(case.tree, "  ")
-    return prove(load(f"mission: m\n{case.head}tree:\n{tree}\n"), ProofOptions(faults=faults))
+    return prove(mission_of(case), ProofOptions(faults=faults))
 
 
 @pytest.mark.parametrize("case", FAILING.values(), ids=list(FAILING))
@@ -198,19 +205,19 @@ MONOTONE = (
 @pytest.mark.parametrize("requirement", MONOTONE)
 def test_more_faults_never_prove_more(requirement: str) -> None:
     """What is violated with some faults is violated with more."""
-    found = [verdicts(requirement, EITHER, faults) == "violated" for faults in range(4)]
-    assert found == sorted(found)
-    assert found[-1]
+    are_violated = [verdicts(requirement, EITHER, faults) == "violated" for faults in range(4)]
+    assert are_violated == sorted(are_violated)
+    assert are_violated[-1]
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_more_faults_find_more(seed: int) -> None:
     """Among the findings with two faults are those with one."""
-    found = []
+    broken = []
     for faults in (0, 1, 2):
         proof = prove(small_mission(seed), ProofOptions(faults=faults))
-        found.append({entry.property for entry in proof.findings} - {"dead_node"})
-    assert found[0] <= found[1] <= found[2]
+        broken.append({entry.property for entry in proof.findings} - {"dead_node"})
+    assert broken[0] <= broken[1] <= broken[2]
 
 
 GUARDED = """\
@@ -272,6 +279,88 @@ def test_what_holds_in_all_orders_of_instants_is_proved() -> None:
     proof = proof_of(Case(requirement, tree))
     assert not proof.exhaustive
     assert [entry.verdict for entry in proof.requirements] == ["proved"]
+
+
+SENT = "{turn: {angle: $gap}, timeout: 9}"
+MOST = "NaN, infinite or beyond 1e12 of /explore_forward"
+
+
+@pytest.mark.parametrize("angle", ["$gap", "2 * gap", "sqrt(gap * gap)"])
+def test_a_number_that_cannot_be_sent_is_tried(angle: str) -> None:
+    """It takes a fault; where none is left, nothing is proved."""
+    case = Case("", f"sequence: [{GAP}, {SENT.replace('$gap', angle)}]")
+    proof = proof_of(case)
+    assert proof.proved == ()
+    assert any(MOST in why for why in proof.why_not)
+    assert any("angle: expected a finite" in why for why in proof_of(case, faults=1).failures)
+    without = ProofOptions(answers=parse_answers("usual,explore_forward:extreme"))
+    assert "unhandled" in prove(mission_of(case), without).proved
+
+
+def test_a_number_outside_a_field_is_tried() -> None:
+    """An unsigned integer of 16 bits is sent as a signed one of 8."""
+    code = FORWARD.replace("OUT", "{error_code: code}")
+    topic = "{publish: {topic: /code, type: std_msgs/msg/Int8, message: {data: $code}}}"
+    proof = proof_of(Case("", f"sequence: [{code}, {topic}]"))
+    assert any("outside int8" in reason for reason in proof.failures)
+
+
+def test_a_sign_that_is_sent_is_followed() -> None:
+    """It makes no difference to the field."""
+    angles = ("copysign(90, -gap)", "copysign(uniform(60, 120), -gap)")
+    turns = ", ".join(f"{{turn: {{angle: '{angle}'}}, timeout: 9}}" for angle in angles)
+    assert proof_of(Case("", f"sequence: [{GAP}, {turns}]")).exhaustive
+
+
+def test_an_acceptance_may_come_after_the_goal_is_given_up() -> None:
+    """Where `cancel_timeout` is less than `acceptance_timeout`."""
+    turn = "{turn: {angle: 90}, timeout: 1, cancel_timeout: LIMIT}"
+    move = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 1}"
+    either = f"{{parallel: [{turn}, {{wait: 0.2}}], succeed_when: any}}"
+    for limit, is_given_up in (("0.1", True), ("3", False)):
+        tree = f"sequence: [{either.replace('LIMIT', limit)}, {move}]"
+        proof = proof_of(Case("", tree))
+        broken = [entry.property for entry in proof.findings]
+        assert broken == ["one_goal_at_the_base"] * is_given_up
+        assert ("one_goal_at_the_base" in proof.proved) is not is_given_up
+
+
+LOOP = "{repeat: {ROUNDS}, do: {wait: 1}}"
+BESIDE = f"{{parallel: [{{turn: {{angle: 90}}}}, {LOOP}], succeed_when: any}}"
+ENDLESS = {
+    "feedback": ("", "{turn: {angle: 90}, feedback_timeout: 1}", "finding"),
+    "messages": (
+        follow("percentage", more=", initial: 10, timeout: 3"),
+        "{turn: {angle: 90}}",
+        "finding",
+    ),
+    "a loop beside it": (
+        "",
+        BESIDE.replace("ROUNDS", "until: 1 > 2"),
+        "finding",
+    ),
+    "a loop that ends": (
+        "",
+        "{parallel: [{turn: {angle: 90}}, {repeat: {count: 3}, do: {wait: 1}}], succeed_when: any}",
+        "",
+    ),
+    "a loop of many rounds": (
+        "",
+        BESIDE.replace("ROUNDS", "count: 100"),
+        "",
+    ),
+    "a limit above it": ("", "{timeout: 9, do: {turn: {angle: 90}, feedback_timeout: 1}}", ""),
+    "a limit": ("", "{turn: {angle: 90}, timeout: 9}", "proved"),
+}
+
+
+@pytest.mark.parametrize(("head", "tree", "shown"), ENDLESS.values(), ids=list(ENDLESS))
+def test_a_goal_without_a_limit_never_ends(head: str, tree: str, shown: str) -> None:
+    """Though the limits of others run, and begin again for ever."""
+    proof = proof_of(Case(head, tree), faults=1)
+    ends = [entry.node for entry in proof.findings if entry.property == "ends"]
+    assert ends == ["turn"] * (shown == "finding")
+    assert ("ends" in proof.proved) is (shown == "proved")
 
 
 def test_an_output_of_a_class_has_the_type_of_its_attribute(tmp_path: Path) -> None:

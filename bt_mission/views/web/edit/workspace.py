@@ -104,15 +104,15 @@ class Workspace:
 
         See `Listing`.
         """
-        found = self._scan()
-        hidden = sorted(found.hidden)
+        listing = self._scan()
+        hidden = sorted(listing.hidden)
         if more := len(hidden[MOST_HIDDEN:]):
             hidden[MOST_HIDDEN:] = [f"and {more} more"]
         files = [
             {"name": name, "kind": self._kind(name), "is_unsaved": is_unsaved}
-            for name, is_unsaved in found.files.items()
+            for name, is_unsaved in listing.files.items()
         ]
-        return {"files": files, "hidden": hidden, "is_cut": found.is_cut}
+        return {"files": files, "hidden": hidden, "is_cut": listing.is_cut}
 
     def path(self, name: str) -> Path:
         """Return the path of a file by its name in the folder.
@@ -332,7 +332,7 @@ class Workspace:
         """Return the only file, or those of the folder."""
         if self.only is not None:
             return Listing({self.only: bool(self._drafts_of(self.only))})
-        found, seen = Listing(), 0
+        listing, seen = Listing(), 0
         for folder, folders, names in os.walk(self.root):
             level = len(Path(folder).relative_to(self.root).parts)
             folders[:] = sorted(
@@ -345,18 +345,18 @@ class Workspace:
                 inside = str(path.relative_to(self.root))
                 if not (_is_text(inside) and inside.isprintable()):
                     written = os.fsencode(inside).decode("utf-8", "backslashreplace")
-                    found.hidden.add(escape_control(written))
+                    listing.hidden.add(escape_control(written))
                 elif not self._is_inside(path):
                     continue
-                elif len(found.files) < MOST_FILES:
-                    found.files[inside] = name in drafts
+                elif len(listing.files) < MOST_FILES:
+                    listing.files[inside] = name in drafts
                 else:
-                    found.is_cut = True
+                    listing.is_cut = True
             seen += len(names) + len(folders)
-            found.is_cut = found.is_cut or (seen > MOST_NAMES and bool(folders))
-            if found.is_cut:
+            listing.is_cut = listing.is_cut or (seen > MOST_NAMES and bool(folders))
+            if listing.is_cut:
                 break
-        return found
+        return listing
 
 
 def _is_text(name: str) -> bool:
