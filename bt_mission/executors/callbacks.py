@@ -30,9 +30,7 @@ class TapContext(Protocol):
     """The part of an executor that taps and futures need."""
 
     taps: Taps
-
-    def took(self, waitable: Any, parts: Any) -> None:
-        """Note what was taken for a waitable."""
+    host: Any
 
     def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
         """Describe something on its way to an entity."""
@@ -58,10 +56,11 @@ def call_timer(timer: Timer) -> PendingCallback:
     """Call the callback of a timer that was due."""
     callback = timer.callback
     outcome = callback()
-    return None if outcome is None else _rest(callback, outcome)
+    return None if outcome is None else rest_of(callback, outcome)
 
 
-def _rest(callback: Any, outcome: Any) -> PendingCallback:
+def rest_of(callback: Any, outcome: Any) -> PendingCallback:
+    """Return what is still to be awaited of a callback that has returned something."""
     return outcome if _is_to_be_awaited(callback, outcome) else None
 
 
@@ -87,7 +86,7 @@ def _serve_subscription(arrived: Arrived, executor: TapContext) -> PendingCallba
         return None
     callback = subscription._callback
     outcome = callback(message, *about)
-    return None if outcome is None else _rest(callback, outcome)
+    return None if outcome is None else rest_of(callback, outcome)
 
 
 def _catch_message(
@@ -103,7 +102,7 @@ def _catch_message(
 
     def deliver(changed: Any) -> PendingCallback:
         changed = serialize_message(changed) if raw else changed
-        return _rest(subscription.callback, subscription.callback(changed, *about))
+        return rest_of(subscription.callback, subscription.callback(changed, *about))
 
     passing = executor.passing(subscription, name, Side.MESSAGE, message)
     return executor.taps.catch(subscription, passing, deliver)
@@ -171,14 +170,15 @@ def _serve_client(arrived: Arrived, executor: TapContext) -> PendingCallback:
 
 def _serve_guard(arrived: Arrived, _: TapContext) -> PendingCallback:
     guard = arrived.entity
-    return _rest(guard.callback, guard.callback())
+    return rest_of(guard.callback, guard.callback())
 
 
 def _serve_waitable(arrived: Arrived, executor: TapContext) -> PendingCallback:
     """Serve an action client or server, or a waitable of somebody else's."""
     waitable = arrived.entity
     data = _take_parts(arrived)
-    executor.took(waitable, data)
+    if executor.host is not None:
+        executor.host.took(waitable, data)
     for future in waitable._futures:
         if future._executor() is not executor:
             future._set_executor(executor)

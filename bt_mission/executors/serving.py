@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Coroutine, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from rclpy.context import Context
 from rclpy.executors import Executor
@@ -16,6 +16,35 @@ from bt_mission.executors.callbacks import SERVERS
 from bt_mission.executors.coroutines import Tasks
 from bt_mission.executors.entities import Entities, exists, is_reported_once
 from bt_mission.executors.taps import Passing, PendingCallback, Side, Taps
+
+
+class CallHost(Protocol):
+    """What runs callbacks that may block (:mod:`bt_mission.programs`)."""
+
+    def admits(self, entity: Any, node: Node | None) -> bool:
+        """Return whether an entity of a node can be served now."""
+
+    def call(
+        self, entity: Any, node: Node | None, function: Callable[..., Any], *args: Any
+    ) -> PendingCallback:
+        """Call a function that serves an entity. Return the rest of it as a coroutine."""
+
+    def took(self, waitable: Any, parts: Any) -> None:
+        """Note what was taken for a waitable."""
+
+    def task_of_call(
+        self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]
+    ) -> Task | None:
+        """Make a task of the code that blocks, if it asks for one; else return None."""
+
+    def take_advanced(self) -> bool:
+        """Return once whether such code has run."""
+
+    def check(self) -> None:
+        """Look for code that can never continue, once nothing is ready."""
+
+    def refuse_standstill(self) -> None:
+        """Name the code that waits while nothing will ever be due."""
 
 
 class ServingExecutor(Executor):
@@ -39,6 +68,8 @@ class ServingExecutor(Executor):
         self._entities = Entities([], self._context, self.arrivals)
         self._begun = Tasks()
         self._owed: list[Arrived] = []
+        self.host: CallHost | None = None
+        """Runs code that may block, if there is such code."""
 
     @property
     @abstractmethod
@@ -108,9 +139,6 @@ class ServingExecutor(Executor):
         """
         return not self._structure_changed and self._entities.offers(action)
 
-    def took(self, waitable: Any, parts: Any) -> None:
-        """Note what was taken for a waitable."""
-
     # ---- inside --------------------------------------------------------------------------
 
     def _take_node(self, node: Node) -> bool:
@@ -145,38 +173,34 @@ class ServingExecutor(Executor):
             self._refresh()
         if self._is_over:
             return ()
-        ready = self._entities.ready(self._owed, any_held=self._some_wait)
+        holding, host = self._begun.holding, self.host
+        ready = self._entities.ready(self._owed, any_held=host is not None or holding != [])
         # An entity that reports only once that it is ready is owed a call until it is served, or
         # gone.
         asked = self._entities.asked
         self._owed = (
             [arrived for arrived in ready if is_reported_once(arrived.entity)] if asked else []
         )
-        if self._some_wait:
+        if holding or host:
             ready = [arrived for arrived in ready if self._can_be_served(arrived.entity)]
         for arrived in ready:
             entity = arrived.entity
-            if self._some_wait and not self._can_be_served(entity):
+            if (holding or host) and not self._can_be_served(entity):
                 continue  # since it was ready, a callback of its group has been suspended
             if arrived in self._owed:
                 self._owed.remove(arrived)
             self._served += 1
             arrived.count -= 1
-            rest = self._serve(arrived)
+            serve = SERVERS[type(entity)]
+            if host is None:
+                rest = serve(arrived, self)
+            else:
+                rest = host.call(entity, self._entities.node_of(entity), serve, arrived, self)
             if rest is not None:
                 self._begin(entity, rest)
             if self._structure_changed:
                 break  # the entity may be gone; the next round looks again
         return ready
-
-    @property
-    def _some_wait(self) -> bool:
-        """Whether there may be entities that cannot be served now."""
-        return bool(self._begun.holding)
-
-    def _serve(self, arrived: Arrived) -> PendingCallback:
-        """Take what has arrived for an entity, and call its callback."""
-        return SERVERS[type(arrived.entity)](arrived, self)
 
     def _can_be_served(self, entity: Any) -> bool:
         """Return whether no callback of the entity's group is suspended."""

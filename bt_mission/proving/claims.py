@@ -79,7 +79,7 @@ class Claims:
     unproved: set[str] = field(default_factory=set)
     """Properties that a run may break which an abstraction adds."""
     _open: dict[Broken, set[int]] = field(default_factory=dict)
-    """What shows where a run stays in these states."""
+    """The states in which a run may stay for ever, by the property that this would break."""
 
     def look(self, environment: Environment) -> tuple[Broken, ...]:
         """Return what the state behind a step shows."""

@@ -101,7 +101,7 @@ class ValueCases:
         """The values that were used and of which not all are tried, with what stopped that."""
         self._has_bound = has_bound
         self.without_extremes: dict[str, None] = {}
-        """Who gives extreme numbers that a mission tells from others, which take a fault."""
+        """The names whose extreme numbers, each a fault, give another result than all others."""
 
     # ---- what is asked -----------------------------------------------------------------------
 

@@ -31,14 +31,12 @@ from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.task import Task
-from rclpy.timer import Timer
 from typing_extensions import override
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executors.arrivals import Arrived
-from bt_mission.executors.callbacks import call_timer, take_timer
+from bt_mission.executors.callbacks import call_timer, rest_of, take_timer
 from bt_mission.executors.entities import Entities, describe, describe_timer
-from bt_mission.executors.taps import PendingCallback
 from bt_mission.virtual_time.discovery import wait_for_matching
 from bt_mission.virtual_time.execute_callbacks import ExecuteCallbacks, is_execute_callback
 from bt_mission.virtual_time.node_clocks import Clocks
@@ -69,35 +67,6 @@ class SteppedWorld(Protocol):
         """Move on to ``time_ns`` and publish everything due at or before it."""
 
 
-class CallHost(Protocol):
-    """What runs callbacks that may block (:mod:`bt_mission.programs`)."""
-
-    def admits(self, entity: Any, node: Node | None) -> bool:
-        """Return whether an entity of a node can be served now."""
-
-    def call(
-        self, entity: Any, node: Node | None, function: Callable[..., Any], *args: Any
-    ) -> PendingCallback:
-        """Call a function that serves an entity. Return the rest of it as a coroutine."""
-
-    def took(self, waitable: Any, parts: Any) -> None:
-        """Note what was taken for a waitable."""
-
-    def task_of_call(
-        self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]
-    ) -> Task | None:
-        """Make a task of the code that blocks, if it asks for one; else return None."""
-
-    def take_advanced(self) -> bool:
-        """Return once whether such code has run."""
-
-    def check(self) -> None:
-        """Look for code that can never continue, once nothing is ready."""
-
-    def refuse_standstill(self) -> None:
-        """Name the code that waits while nothing will ever be due."""
-
-
 class VirtualTimeExecutor(Spinning):
     """Serves nodes on one virtual clock.
 
@@ -126,8 +95,6 @@ class VirtualTimeExecutor(Spinning):
         self._is_serving = False
         self._alarms: list[Alarm] = []
         self._execute_callbacks = ExecuteCallbacks()
-        self.host: CallHost | None = None
-        """Runs code that may block, if there is such code."""
         self.taps.can_take = self._can_be_served
 
     # ---- nodes and time ------------------------------------------------------------------
@@ -219,7 +186,7 @@ class VirtualTimeExecutor(Spinning):
         if self._structure_changed:
             self._refresh()
         wait_ns = self._entities.ns_until_next_timer(
-            can_fire=self._can_be_served if self._some_wait else None,
+            can_fire=self._can_be_served if self._begun.holding or self.host else None,
             stopped=self.clocks.stopped,
         )
         due_ns = _NEVER if wait_ns is None else self._now_ns + wait_ns
@@ -294,27 +261,10 @@ class VirtualTimeExecutor(Spinning):
         return entities
 
     @override
-    def took(self, waitable: Any, parts: Any) -> None:
-        if self.host is not None:
-            self.host.took(waitable, parts)
-
-    @property
-    @override
-    def _some_wait(self) -> bool:
-        return self.host is not None or bool(self._begun.holding)
-
-    @override
     def _can_be_served(self, entity: Any) -> bool:
         if self.host is not None and not self.host.admits(entity, self._entities.node_of(entity)):
             return False
         return super()._can_be_served(entity)
-
-    @override
-    def _serve(self, arrived: Arrived) -> PendingCallback:
-        if self.host is None:
-            return super()._serve(arrived)
-        node = self._entities.node_of(arrived.entity)
-        return self.host.call(arrived.entity, node, super()._serve, arrived)
 
     def _actions_served(self, server: Any) -> tuple[str, ...]:
         return () if self._entities.node_of(server) is None else self.actions_of(server)
@@ -358,25 +308,26 @@ class VirtualTimeExecutor(Spinning):
         for timer in tuple(entities.timers):
             if self._entities is not entities and self._entities.node_of(timer) is None:
                 continue  # destroyed since the instant began, or its node was removed
-            if self._some_wait and not self._can_be_served(timer):
+            if (self._begun.holding or self.host) and not self._can_be_served(timer):
                 continue
             self._is_serving = True
             try:
                 was_due = take_timer(timer)
                 if was_due:
                     self._served += 1
-                    rest = self._call_timer(timer)
+                    if self.host is None:
+                        callback = timer.callback
+                        outcome = callback()
+                        rest = None if outcome is None else rest_of(callback, outcome)
+                    else:
+                        node = self._entities.node_of(timer)
+                        rest = self.host.call(timer, node, call_timer, timer)
                     if rest is not None:
                         self._begin(timer, rest)
             finally:
                 self._is_serving = False
             if was_due:
                 self.run_until_quiet()
-
-    def _call_timer(self, timer: Timer) -> PendingCallback:
-        if self.host is None:
-            return call_timer(timer)
-        return self.host.call(timer, self._entities.node_of(timer), call_timer, timer)
 
     def _names_of_due(self) -> str:
         names = [

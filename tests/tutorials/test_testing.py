@@ -65,11 +65,9 @@ def test_the_mission_of_the_first_tutorial_passes_its_tests(pytester: pytest.Pyt
 def test_a_tree_of_behaviortree_cpp_becomes_a_tested_mission(pytester: pytest.Pytester) -> None:
     """The tree of the page, its leaves replaced as the page says, passes the test of the page."""
     text = (ROOT / "docs/how-to/coming-from.md").read_text(encoding="utf-8")
-    (tree,) = re.findall(r"```xml to_a.xml\n(.*?)```", text, re.DOTALL)
-    (test,) = re.findall(r"   ```python\n(.*?)```", text, re.DOTALL)
-    leaves = iter(re.findall(r"`(<navigate_to_pose .*?/>)`", text))
-    replaced = re.sub(r"<NavigateToPose .*?/>", lambda _: next(leaves), tree)
-    (pytester.path / "to_a.xml").write_text(replaced, encoding="utf-8")
+    _, tree = re.findall(r"```xml to_a.xml\n(.*?)```", text, re.DOTALL)
+    (test,) = re.findall(r"   ```python test_to_a.py\n(.*?)```", text, re.DOTALL)
+    (pytester.path / "to_a.xml").write_text(textwrap.dedent(tree), encoding="utf-8")
     assert main(["convert", "to_a.xml", "-o", "to_a.yaml"]) == 0
     (pytester.path / "test_to_a.py").write_text(textwrap.dedent(test), encoding="utf-8")
     pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=1)
