@@ -32,6 +32,8 @@ PROGRAMS = {
     "dask": "from dask.__main__ import main; sys.exit(main())",
 }
 """The commands that pages call, as pip writes them."""
+GUARD = "import sys\nif __name__ == '__main__':\n    "
+"""Processes that a command starts with `spawn` read its file, too."""
 
 
 @pytest.fixture(scope="session")
@@ -76,7 +78,7 @@ def installed(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     (prefix / "bin" / "python").symlink_to(os.path.realpath(sys.executable))
     for name, code in PROGRAMS.items():
         program = prefix / "bin" / name
-        program.write_text(f"#!{prefix / 'bin' / 'python'}\nimport sys\n{code}\n")
+        program.write_text(f"#!{prefix / 'bin' / 'python'}\n{GUARD}{code}\n")
         program.chmod(0o755)
     return prefix
 
