@@ -32,6 +32,7 @@ import os, signal
 
 def test_before(): ...
 def test_dies():
+    print("in the middle", flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 def test_after(): ...
 """
@@ -77,10 +78,10 @@ def test_reports_are_those_of_one_process(session: pytest.Pytester) -> None:
 
 
 def test_where_a_fork_dies_its_test_fails_and_the_others_run(session: pytest.Pytester) -> None:
-    """In another fork, with the number of the signal."""
+    """In another fork, with the number of the signal and the last that was printed."""
     result = run(session, test_a=DIES, test_b=DOMAIN)
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.fnmatch_lines(["*test_dies*", "its process ended with -9"])
+    result.stdout.fnmatch_lines(["*test_dies*", "its process ended with -9", "in the middle"])
 
 
 def test_a_fork_that_ends_by_an_error_tells_it(session: pytest.Pytester) -> None:

@@ -17,7 +17,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import groupby
 from multiprocessing.connection import Connection, Pipe, wait
-from typing import Any
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import pytest
 
@@ -77,11 +78,26 @@ class Fork:
         """What is left of the file that it is at."""
         self.error = ""
         """The traceback with which it ends."""
+        self._outputs: list[BinaryIO] = []
         self.pid = os.fork()
         if not self.pid:
             self.connection.close()
             _work(session, there, name)
         there.close()
+
+    def hold(self, outputs: tuple[int, ...]) -> None:
+        """Keep the files into which it captures output: they outlive it."""
+        with suppress(OSError):  # it has died
+            files = Path(f"/proc/{self.pid}/fd")
+            self._outputs = [(files / str(number)).open("rb") for number in outputs]
+
+    def last_words(self) -> str:
+        """Return its traceback, and what was printed by the test with which it has ended."""
+        texts = [self.error]
+        for output in self._outputs:
+            with output:
+                texts.append(output.read().decode(errors="replace").strip())
+        return "\n".join(filter(None, texts))
 
     def give(self, item: int | None) -> None:
         """Send the number of an item, or None after the last."""
@@ -144,6 +160,9 @@ class Forks:
 
     def _take(self, fork: Fork, message: Any) -> None:
         hook = self._session.config.hook
+        if isinstance(message, tuple):
+            fork.hold(message)
+            return
         if message is None:
             fork.items.popleft()
             if fork.items:
@@ -159,11 +178,12 @@ class Forks:
         del self._forks[fork.connection]
         fork.connection.close()
         _, status = os.waitpid(fork.pid, 0)
+        last_words = fork.last_words()
         if not fork.items:
             return
         item = self._session.items[fork.items.popleft()]
         code = os.waitstatus_to_exitcode(status)
-        text = f"its process ended with {code}\n{fork.error}".rstrip()
+        text = f"its process ended with {code}\n{last_words}".rstrip()
         report = pytest.TestReport(item.nodeid, item.location, {}, "failed", text, "call")
         self._session.config.hook.pytest_runtest_logreport(report=report)
         fork.file.extendleft(fork.items)
@@ -189,7 +209,8 @@ def _work(session: pytest.Session, connection: Connection, name: str) -> None:
     """Run items until there is none left; the process ends."""
     code = 1
     try:
-        with _of_its_own(session.config, name):
+        with _of_its_own(session.config, name) as outputs:
+            connection.send(outputs)
             session.config.pluginmanager.register(Reports(session.config, connection))
             number = connection.recv()
             while number is not None:
@@ -209,16 +230,18 @@ def _work(session: pytest.Session, connection: Connection, name: str) -> None:
 
 
 @contextmanager
-def _of_its_own(config: Any, name: str) -> Iterator[None]:
-    """Give a fork what it must not share."""
+def _of_its_own(config: Any, name: str) -> Iterator[tuple[int, ...]]:
+    """Give a fork what it must not share. Yield the files into which its output is captured."""
     plugins = config.pluginmanager
     plugins.unregister(plugins.getplugin("terminalreporter"))
     capture = plugins.getplugin("capturemanager")
     capture.stop_global_capturing()
     capture.start_global_capturing()
+    captured = capture._global_capturing
+    files = [output.tmpfile for output in (captured.out, captured.err) if output is not None]
     folder = config._tmp_path_factory.getbasetemp() / name
     folder.mkdir(mode=0o700)
     config._tmp_path_factory._basetemp = folder
     with ExitStack() as stack:
         os.environ["ROS_DOMAIN_ID"] = str(stack.enter_context(own_domain()))
-        yield
+        yield tuple(file.fileno() for file in files) if capture._method == "fd" else ()
