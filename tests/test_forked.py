@@ -91,12 +91,14 @@ def test_a_fork_that_ends_by_an_error_tells_it(session: pytest.Pytester) -> None
     result.stdout.fnmatch_lines(["*test_ends*", "its process ended with 1", "*no space left*"])
 
 
+@pytest.mark.thorough
 def test_each_fork_has_its_folder(session: pytest.Pytester) -> None:
     """A folder that is given is emptied once, before the forks begin."""
     run(session, "--basetemp", "given", test_a=FIRST, test_b=DOMAIN)
     assert {path.name for path in (session.path / "given").iterdir()} >= {"process0", "process1"}
 
 
+@pytest.mark.thorough
 def test_after_the_first_failure_no_other_test_begins(session: pytest.Pytester) -> None:
     """Apart from those that the forks have already."""
     texts = {f"test_{name}": "def test_it(): assert 0" for name in "abcdefgh"}

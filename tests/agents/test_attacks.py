@@ -25,6 +25,7 @@ from bt_mission.agents.server import LONGEST_CALL
 from bt_mission.agents.shown import Shown
 from bt_mission.core.errors import BtMissionError
 from tests.support.agents import PROOF, RUNS, TURN, Attack, Played
+from tests.support.thorough import sample
 
 
 def _proposes(text: str) -> Callable[[Played], Any]:
@@ -578,7 +579,7 @@ ATTACKS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
+@pytest.mark.parametrize("attack", sample(ATTACKS, 3), ids=lambda attack: attack.name)
 def test_no_attack_drives_without_a_person(played: Played, attack: Attack) -> None:
     """It is answered as its row says, and `stop` works afterwards."""
     answer = str(attack.act(played))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
 from mcp.client import Client
 
 from bt_mission.agents.door import Door
@@ -18,6 +19,7 @@ LONG += "    - {follow_waypoints: {poses: $p}, timeout: 9}\n" * 150
 """Its check takes half a minute."""
 
 
+@pytest.mark.thorough
 def test_stop_waits_for_no_check(played: Played) -> None:
     """A check that takes too long is ended, and the next one has a new process."""
     examiner = Examiner(played.site, most_wall_s=2.0)

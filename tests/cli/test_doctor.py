@@ -176,6 +176,7 @@ def test_types_that_differ_on_a_topic_are_named(monkeypatch):
         context.shutdown()
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_this_machine_has_what_the_tests_need():
     """The real checks, as a user runs them; rendering may be absent."""

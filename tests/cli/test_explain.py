@@ -113,7 +113,7 @@ def call_all(cli: CommandLine, example: str) -> int:
     return code
 
 
-@pytest.mark.parametrize("entry", sample(CALLS, 6), ids=lambda entry: entry.code)
+@pytest.mark.parametrize("entry", sample(CALLS, 18), ids=lambda entry: entry.code)
 def test_a_command_is_refused_with_its_code(cli: CommandLine, entry: CatalogueEntry) -> None:
     """The corrected command succeeds."""
     for name, text in entry.beside.items():

@@ -58,6 +58,7 @@ def test_what_a_search_measures_is_not_in_the_trace(search: CommandLine) -> None
 CAREFUL = DEFECT.replace("gap: 0.2", "gap: 0.5")
 
 
+@pytest.mark.thorough
 def test_a_counterexample_fails_until_the_mission_is_fixed(search: CommandLine) -> None:
     """A scenario that is a test, a recording, a report and a sentence; the run repeats."""
     result = search.json(f"{SEARCH} --budget 40 --simplify 40", 1)
@@ -145,6 +146,7 @@ def test_a_mission_that_breaks_as_it_is(search: CommandLine) -> None:
     assert Path("found/careless_2/is_slow.scenario.yaml").exists()
 
 
+@pytest.mark.thorough
 def test_a_mission_that_fails_as_it_is(search: CommandLine) -> None:
     """A warning where something else is searched for, the result where failures are."""
     search.write("careless.yaml", DEFECT.replace("timeout: 15", "timeout: 1"))
@@ -156,6 +158,7 @@ def test_a_mission_that_fails_as_it_is(search: CommandLine) -> None:
     assert read(Path(result["found"][0]["scenario"])).data["expect"] == {"outcome": "success"}
 
 
+@pytest.mark.thorough
 def test_a_signal_ends_the_current_run(
     search: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -193,6 +193,7 @@ def test_a_fork_is_recorded_as_one(run: Path, cli: CommandLine) -> None:
     assert cli.json("fork again.mcap --at 3")["is_identical"]
 
 
+@pytest.mark.thorough
 def test_a_requirement_is_added(run: Path, cli: CommandLine) -> None:
     """Its verdict is no difference; a violated one decides the exit code."""
     cli.write("slow.yaml", "requirements:\n  is slow: always speed < 0.15\n")
@@ -224,6 +225,7 @@ def test_an_edited_mission_continues_from_the_instant(run: Path, cli: CommandLin
     assert after["0.3.0"] > 1.5 * before["0.3.0"]
 
 
+@pytest.mark.thorough
 def test_an_edited_input_has_its_value_from_the_instant_on(run: Path, cli: CommandLine) -> None:
     """As with --set."""
     path = edit(cli, "angle: 90}", "angle: 45}")
@@ -235,6 +237,7 @@ def test_an_edited_input_has_its_value_from_the_instant_on(run: Path, cli: Comma
     assert len({fork["forked"]["distance_travelled_m"] for fork in (edited_, set_)}) == 1
 
 
+@pytest.mark.thorough
 def test_a_mission_with_more_nodes_runs_from_the_start(run: Path, cli: CommandLine) -> None:
     """Where it does the same up to the fork; else the first difference is the reason."""
     more = "    - wait: 1\n    - turn: {angle: $angle}"
@@ -300,6 +303,7 @@ def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
     assert again["forked"]["faults"] == fork["forked"]["faults"]
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_fork_with_an_incomplete_file_fails(run: Path) -> None:
     """It is identical, but what was asked for was not written."""
@@ -394,6 +398,7 @@ def test_a_recording_of_another_place_fails_alike(
     assert fork["recorded"]["reason"].startswith("m.yaml:3:")
 
 
+@pytest.mark.thorough
 def test_a_run_of_a_scenario_is_forked(cli: CommandLine) -> None:
     """With its place, its start, its faults and its requirements."""
     cli.write(
@@ -504,6 +509,7 @@ def test_the_last_instant_that_saves_a_mission(late: Path, cli: CommandLine) -> 
     assert Path("saved.mcap").exists()
 
 
+@pytest.mark.thorough
 def test_a_sweep_says_what_it_has_tried(late: Path, cli: CommandLine) -> None:
     """A value that is overwritten before it is read saves nothing."""
     lines = cli.lines(f"fork {late} --sweep-at --set pace=0.1 --tries 2", 1)
@@ -562,6 +568,7 @@ def test_a_fork_of_a_fleet_is_a_recording_of_all_robots(fleet: Path, cli: Comman
     assert "it is itself a fork, of the run in run.mcap" in error
 
 
+@pytest.mark.thorough
 def test_the_robot_that_cannot_be_repeated_is_named(fleet: Path, cli: CommandLine) -> None:
     """With its first difference, although the other robot ends with it."""
     with_facts(

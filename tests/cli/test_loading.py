@@ -129,6 +129,7 @@ def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
     assert "bt_mission.btcpp" not in modules
 
 
+@pytest.mark.thorough
 def test_a_ready_process_runs_as_a_new_one_does(cli: CommandLine) -> None:
     """The run with which it got ready leaves nothing in the trace and in the outputs."""
     cli.write("turns.yaml", "mission: turns\ntree: {turn: {angle: 45}, timeout: 20}\n")

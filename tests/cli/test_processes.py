@@ -83,7 +83,7 @@ def ended(process: Process, code: int, number: signal.Signals | None = None) -> 
 
 @pytest.mark.parametrize(
     ("number", "name"),
-    [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, "SIGHUP")],
+    sample([(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, "SIGHUP")], 3),
 )
 def test_a_signal_ends_the_mission_with_no_goal_left_behind(
     drive: str, number: signal.Signals, name: str
@@ -119,7 +119,7 @@ class Stuck(Behaviour):
 
 @pytest.mark.parametrize(
     ("code", "number", "left"),
-    [(LOOPS, signal.SIGINT, False), (STUCK, signal.SIGTERM, True)],
+    sample([(LOOPS, signal.SIGINT, False), (STUCK, signal.SIGTERM, True)], 2),
     ids=["loop", "C"],
 )
 def test_a_signal_ends_a_run_whose_thread_is_held(
@@ -146,7 +146,7 @@ def test_a_signal_ends_a_run_whose_thread_is_held(
     assert read_run(recording).summary["status"] == "interrupted"
 
 
-@pytest.mark.parametrize(("count", "seconds"), [(1, 1), (2, 3600)])
+@pytest.mark.parametrize(("count", "seconds"), sample([(1, 1), (2, 3600)], 2))
 def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
     write: Write, count: int, seconds: int
 ) -> None:
@@ -173,6 +173,7 @@ def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
     assert ("clean-up skipped: ended at once by a second Ctrl-C" in rest) == (count == 2)
 
 
+@pytest.mark.thorough
 def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
     """``bt-mission run ... | head -1``."""
     with started("run", drive, "--speed", "20") as process:
@@ -216,6 +217,7 @@ def test_sim_servers_and_executive_as_three_processes(
     ended(sim, 0, signal.SIGINT)
 
 
+@pytest.mark.thorough
 def test_servers_that_are_killed_are_missed(start: Start, write: Write) -> None:
     """Long before the goal's timeout; the goal that nobody confirms is named."""
     mission = write(
@@ -258,6 +260,7 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(
     assert "1 goal sent, 0 orphaned" in served
 
 
+@pytest.mark.thorough
 def test_a_mission_goes_on_after_its_process_was_killed(
     start: Start, write: Write, tmp_path: Path
 ) -> None:
@@ -368,6 +371,7 @@ def test_an_executive_that_serves_goes_by_other_names(
     assert not {"/robot1/execute_mission", "/robot1/turn"} & set(who)
 
 
+@pytest.mark.thorough
 def test_second_servers_are_refused_unless_the_first_were_killed(start: Start, drive: str) -> None:
     """A mission is refused, too, as long as both are in the graph."""
     servers = ("servers", "--robot", "burger", "--wall-clock")
@@ -434,7 +438,7 @@ def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:
     assert set(listening) == {"0100007F"}
 
 
-@pytest.mark.parametrize("command", ["servers", "arbiter"])
+@pytest.mark.parametrize("command", sample(["servers", "arbiter"], 2))
 def test_a_misspelt_parameter_ends_before_anything_starts(
     start: Start, write: Write, command: str
 ) -> None:
@@ -446,7 +450,7 @@ def test_a_misspelt_parameter_ends_before_anything_starts(
 
 
 @pytest.mark.parametrize(
-    ("command", "topic"), [("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")]
+    ("command", "topic"), sample([("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")], 2)
 )
 def test_a_node_of_a_real_robot_says_that_nobody_listens(
     start: Start, command: str, topic: str
@@ -516,6 +520,7 @@ def test_what_libraries_print_is_not_in_the_output(write: Write, words: str, out
     assert "RTPS" in ended.stderr
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], 2))
 def test_a_signal_during_the_job_of_an_agent_leaves_no_files(
     write: Write, tmp_path: Path, number: signal.Signals

@@ -101,6 +101,7 @@ def test_a_killed_run_leaves_all_but_its_last_second(cli: CommandLine) -> None:
     assert len(run.truth) > 20
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_an_attached_run_records_the_whole_graph(live_graph: LiveGraph) -> None:
     """Of a robot and servers in other processes."""

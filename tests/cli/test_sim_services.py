@@ -154,6 +154,7 @@ def test_a_mission_waits_while_the_simulation_is_paused(live_graph, tool):
     assert simulator.wait(within=30) == 0
 
 
+@pytest.mark.thorough
 def test_what_is_spawned_is_seen_by_others(live_graph, tool):
     """A pillar half a metre ahead is in the scan that another process gets."""
     simulator = live_graph.start("sim", "--world", "empty_arena", "--no-camera")

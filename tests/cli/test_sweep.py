@@ -74,6 +74,7 @@ def sweep(folder: Path, *words: str) -> tuple[int, dict[str, Any], str]:
     return ended.returncode, json.loads(ended.stdout or "{}"), ended.stderr
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     """Counts, rows, recordings of the worst with their pages; again, nothing is left to do."""

@@ -32,6 +32,7 @@ def has_egl() -> None:
         pytest.skip(str(error))
 
 
+@pytest.mark.thorough
 @pytest.mark.egl
 @pytest.mark.usefixtures("has_egl")
 def test_a_run_is_filmed(cli: CommandLine) -> None:

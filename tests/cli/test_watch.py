@@ -202,6 +202,7 @@ def test_who_comes_up_just_then_is_not_said_to_be_absent(
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.thorough
 def test_who_is_there_when_the_time_is_up_is_taken(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -179,6 +179,7 @@ def test_a_run_is_shown_until_ctrl_c_and_then_told(cli: CommandLine) -> None:
     assert "Traceback" not in seen
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(cli: CommandLine) -> None:
     """And the page with it."""
@@ -208,7 +209,7 @@ def test_nobody_to_watch_ends_with_a_word_in_time() -> None:
 
 @pytest.mark.process
 @pytest.mark.parametrize(
-    ("words", "line"), [(("robot", *WEB), "in a browser"), (FOXGLOVE, "in Foxglove")]
+    ("words", "line"), sample([(("robot", *WEB), "in a browser"), (FOXGLOVE, "in Foxglove")], 2)
 )
 def test_it_ends_with_the_process_that_has_started_it(words: tuple[str, ...], line: str) -> None:
     """Even where that was killed: its standard input ends."""
@@ -224,6 +225,7 @@ def test_it_ends_with_the_process_that_has_started_it(words: tuple[str, ...], li
         assert process.wait(timeout=PATIENCE_S) == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.parametrize(
     ("file", "topic"), sample([(TWO_ROBOTS, "/waffle1/odom"), ("m.yaml", "/odom")], every=2)
@@ -241,6 +243,7 @@ def test_foxglove_sees_a_run_until_it_ends(cli: CommandLine, file: str, topic: s
         assert "interrupted by Ctrl-C" in ended(process, 130)
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_foxglove_sees_a_graph_with_its_own_time(cli: CommandLine) -> None:
     """Topics of other processes: here those of a simulation, with the time of its clock."""

@@ -162,7 +162,7 @@ def calls_of_an_agent(process: subprocess.Popen[str]) -> None:
 ACTS: Mapping[str, Callable[[str], None]] = {"edit": asks_of_the_page}
 
 
-@pytest.mark.parametrize("name", sample(COMMANDS, 4))
+@pytest.mark.parametrize("name", sample(COMMANDS, 9, first=5))
 def test_no_command_executes_a_module_beside_its_files(
     name: str, tmp_path: Path, marks: Path
 ) -> None:

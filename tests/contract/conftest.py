@@ -1,10 +1,12 @@
 """What every action server keeps to: each statement is run against every server.
 
 A test that takes `name` is run once for each action, `driving` once for each that drives, `beside`
-once for each that does not.
+once for each that does not. Without `--thorough` it is a third of them, another one for each test.
 """
 
 from __future__ import annotations
+
+import zlib
 
 import pytest
 
@@ -56,19 +58,14 @@ def bench(make_bench):
     return bench
 
 
-@pytest.fixture(params=list(SERVED))
-def name(request):
-    """Every action that we serve."""
-    return request.param
-
-
-@pytest.fixture(params=DRIVING)
-def driving(request):
-    """Every action that drives."""
-    return request.param
-
-
-@pytest.fixture(params=BESIDE)
-def beside(request):
-    """Every action that does not drive."""
-    return request.param
+def pytest_generate_tests(metafunc):
+    """Repeat a test for the actions that it asks for."""
+    given = {
+        argument
+        for mark in metafunc.definition.iter_markers("parametrize")
+        for argument in (mark.args[0].split(",") if isinstance(mark.args[0], str) else mark.args[0])
+    }
+    first = zlib.crc32(metafunc.function.__name__.encode())
+    for argument, actions in {"name": SERVED, "driving": DRIVING, "beside": BESIDE}.items():
+        if argument in metafunc.fixturenames and argument not in given:
+            metafunc.parametrize(argument, sample(actions, every=3, first=first))

@@ -95,6 +95,7 @@ def test_so_many_requests_for_one_result_wait(bench: Any) -> None:
     }
 
 
+@pytest.mark.thorough
 def test_each_control_step_is_made_between_requests(bench: Any) -> None:
     """A driving goal continues while others are rejected."""
     driving = bench.send("turn")

@@ -115,6 +115,7 @@ def test_every_page_is_in_the_navigation():
     assert named == pages | {"CONTRIBUTING.md", "CHANGELOG.md"}
 
 
+@pytest.mark.thorough
 def test_a_version_is_a_folder(source, tmp_path, monkeypatch, capsys):
     """The working tree and each reference have a folder, and versions.json names them."""
 

@@ -142,7 +142,7 @@ def said_of(mission: dict[str, Any]) -> str:
     return "\n".join(written)
 
 
-@pytest.mark.parametrize("kind", sample(KINDS, 5))
+@pytest.mark.parametrize("kind", sample(KINDS, 12))
 def test_nodes(kind, tmp_path, monkeypatch):
     """What is said of each key of each kind of node; what is accepted is drawn, too."""
     monkeypatch.chdir(tmp_path)

@@ -27,6 +27,7 @@ from tests.support.behaviours import (
     timers,
     topics,
 )
+from tests.support.thorough import sample
 from tests.support.two_executors import LivePlay, LockstepPlay, Play, StockPlay, perform
 
 Behaviour = Callable[[Play], None]
@@ -48,7 +49,7 @@ ALL = [
 ]
 
 
-@pytest.mark.parametrize("behaviour", ALL)
+@pytest.mark.parametrize("behaviour", sample(ALL, 3))
 def test_it_is_as_under_rclpys_own_executor(behaviour: Behaviour) -> None:
     """The same happens to everybody, at the same simulated times."""
     expected = perform(behaviour, StockPlay)

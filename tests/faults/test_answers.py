@@ -55,7 +55,7 @@ SWEEP = TURN.replace("turn: {angle: 90}", "camera_sweep: {sweep_angle: 45, image
             (SWEEP, "camera_dead", 2.1, "no image from the camera within 2 s"),
             (DRIVE, "battery_charge 0", 1.05, "motors off (code 907)"),
         ],
-        every=2,
+        every=3,
     ),
 )
 def test_a_drive_ends_and_the_robot_stands(
@@ -98,7 +98,7 @@ def test_a_drive_ends_and_the_robot_stands(
             (TURN, 1.0, "shove turn -3"),
             (TURN, 1.0, "slip_wheel left"),
         ],
-        every=2,
+        every=3,
     ),
 )
 def test_what_a_drive_bears(stage: Any, mission: str, at: float, fault: str) -> None:

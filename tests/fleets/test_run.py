@@ -32,6 +32,7 @@ def still() -> FleetReport:
     return waiting(0.1, 0.1, seed=3)
 
 
+@pytest.mark.thorough
 def test_the_seeds_of_the_missions_count_up_from_that_of_the_run(still: FleetReport) -> None:
     """The page of fleets shows what a run with the seed of its file comes to."""
     assert [robot.mission.seed for robot in still.robots] == [3, 4]
@@ -77,6 +78,7 @@ def test_the_status_is_that_of_the_worst_mission(
     assert dataclasses.replace(still, robots=robots).status == status
 
 
+@pytest.mark.thorough
 def test_the_real_time_factor_of_a_robot_is_that_of_its_own_mission() -> None:
     """One that has ended long before the others has not taken their wall time."""
     report = waiting(0.1, 60)

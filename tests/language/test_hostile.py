@@ -163,7 +163,7 @@ GOALS = (
         pytest.param(NOTHINGS, False, id="nothings", marks=pytest.mark.thorough),
         pytest.param(INCLUDES, False, id="includes"),
         pytest.param(DRAWS, True, id="draws", marks=pytest.mark.thorough),
-        pytest.param(GOALS, True, id="goals"),
+        pytest.param(GOALS, True, id="goals", marks=pytest.mark.thorough),
     ],
 )
 def test_very_many_parts_take_no_more_than_a_mission_may(text, accepted):

@@ -24,6 +24,7 @@ from bt_mission.proving.explorer import Bounds
 from bt_mission.proving.proof import USUAL_FAULTS, ProofOptions, prove
 from bt_mission.sessions.load import load
 from tests.support.planting import Plant, altered, given, instead
+from tests.support.thorough import sample
 
 MOST = Bounds(states=10_000)
 """No exploration here needs more."""
@@ -32,7 +33,7 @@ MOST = Bounds(states=10_000)
 DEFECTS = read_text(Path(__file__).with_name("mission_defects.yaml").read_text()).data
 
 
-@pytest.mark.parametrize("defect", DEFECTS, ids=[defect["what"] for defect in DEFECTS])
+@pytest.mark.parametrize("defect", sample(DEFECTS, 3), ids=[defect["what"] for defect in DEFECTS])
 def test_a_defect_of_a_mission_is_found_until_it_is_mended(defect: dict[str, Any]) -> None:
     """By its property."""
     options = ProofOptions(defect.get("faults", USUAL_FAULTS), bounds=MOST)
@@ -308,7 +309,7 @@ EXECUTIVE_DEFECTS = [
 
 
 @pytest.mark.parametrize(
-    "defect", EXECUTIVE_DEFECTS, ids=[defect.what for defect in EXECUTIVE_DEFECTS]
+    "defect", sample(EXECUTIVE_DEFECTS, 3), ids=[defect.what for defect in EXECUTIVE_DEFECTS]
 )
 def test_a_defect_of_the_executive_is_found(
     defect: ExecutiveDefect, monkeypatch: pytest.MonkeyPatch

@@ -17,6 +17,7 @@ from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
 from tests.support.brute_force import enumerated, explored, looping_mission, small_mission
 from tests.support.project import ROOT
+from tests.support.thorough import sample
 
 TURN = "{turn: {angle: 90}, timeout: 9}"
 MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
@@ -36,7 +37,7 @@ def collected(proof: Proof) -> list[tuple[str, str]]:
     return [(entry.property, entry.node) for entry in proof.findings]
 
 
-@pytest.mark.parametrize("seed", sorted({*range(0, 60, 2), *range(1, 30, 2)} - LARGE))
+@pytest.mark.parametrize("seed", sample(sorted({*range(0, 60, 2), *range(1, 30, 2)} - LARGE), 9))
 def test_the_exploration_finds_what_plain_enumeration_finds(seed: int) -> None:
     """All runs of a small tree, each from its beginning, have the same ends and findings."""
     mission = small_mission(seed)
@@ -85,7 +86,7 @@ tree:
 """A message begins the limit of a topic again, which may then end at the same instant as before."""
 
 
-@pytest.mark.parametrize("seed", range(0, 40, 3))
+@pytest.mark.parametrize("seed", sample(range(40), every=6, first=3))
 def test_known_steps_do_what_the_mission_does(seed: int) -> None:
     """The exploration that takes every step has the same states, ends and findings."""
     missions = [small_mission(seed), looping_mission(seed)]
@@ -316,7 +317,7 @@ def test_a_run_that_may_not_exist_proves_no_property_of_some_run() -> None:
     assert exact.abstracted == ()
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", sample(range(40), 9))
 def test_what_is_abstract_finds_all_that_exact_time_finds(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -336,7 +337,9 @@ def test_a_budget_ends_the_exploration() -> None:
     assert proof.why_not == ("the budget of 5 states is used up",)
 
 
-@pytest.mark.parametrize("mission", ["missions/explore.yaml", "benchmarks/nav2_recovery.yaml"])
+@pytest.mark.parametrize(
+    "mission", sample(["missions/explore.yaml", "benchmarks/nav2_recovery.yaml"], 2)
+)
 def test_the_bound_on_memory_holds(mission: str) -> None:
     """An exploration is over before its states take more than the bound, not much before."""
     environment = ProofOptions(faults=1).environment(load(ROOT / mission))

@@ -51,7 +51,7 @@ def bare_trace(text: str, folder: Path) -> str:
         return stage.trace.sha256
 
 
-@pytest.mark.parametrize("name", sample(names("missions"), every=9))
+@pytest.mark.parametrize("name", sample(names("missions"), every=99))
 def test_others_read_every_message_of_each_mission(record: Callable[..., Any], name: str) -> None:
     """All of them, to the last byte; and times that never go back."""
     run = record(name)
@@ -236,6 +236,7 @@ def test_pictures_are_recorded_on_demand(
         assert (pictures[0].width, pictures[0].height) == (320, 240)
 
 
+@pytest.mark.thorough
 @pytest.mark.egl
 def test_saved_pictures_are_taken_in(record: Callable[..., Any]) -> None:
     """With the names that they have below the run's folder."""

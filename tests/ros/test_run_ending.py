@@ -55,6 +55,7 @@ print(runner.status, phases, runner.report().reason, sep="; ", flush=True)
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.parametrize("name", sample(["SIGINT", "SIGTERM"], 2))
 def test_a_goal_is_seen_to_its_end_after_ros_was_shut_down(

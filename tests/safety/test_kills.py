@@ -38,6 +38,7 @@ def test_the_base_is_told_to_stand_and_stays(
     assert all(ahead <= kills.SPEED + 1e-9 for ahead, _ in kill.commands[:told_to_stand])
 
 
+@pytest.mark.thorough
 def test_an_executive_that_is_held_up_keeps_its_goal(
     benchmark: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Any
 ) -> None:

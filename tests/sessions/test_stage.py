@@ -55,6 +55,7 @@ def test_a_run_repeats_and_another_seed_differs(stage: Any) -> None:
     assert hashes[0] == hashes[1] != hashes[2]
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.parametrize("words", sample([["square", "--set", "side=0.2"], ["explore"]], every=2))
 def test_two_processes_give_the_same_trace(tmp_path: Any, words: list[str]) -> None:

@@ -10,10 +10,16 @@ from typing import Any
 
 import pytest
 
+LONG = ("patrol", "scan_lost", "sweep")
+"""Scenarios that draw pictures or take long."""
 
-def sample(values: Iterable[Any], every: int) -> list[Any]:
-    """Return parameters; without `--thorough` only the first of each `every` of them runs."""
-    return [_later(value) if number % every else value for number, value in enumerate(values)]
+
+def sample(values: Iterable[Any], every: int, *, first: int = 0) -> list[Any]:
+    """Return parameters; without `--thorough` only one of each `every` of them runs."""
+    return [
+        value if number % every == first % every else _later(value)
+        for number, value in enumerate(values)
+    ]
 
 
 def _later(value: Any) -> Any:
@@ -34,6 +40,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Leave thorough tests out unless somebody asks for them."""
     if config.getoption("thorough") or any("::" in argument for argument in config.args):
         return
+    for item in items:
+        if item.path.name.endswith(".scenario.yaml") and item.name in LONG:
+            item.add_marker("thorough")
     thorough = [item for item in items if item.get_closest_marker("thorough")]
     if thorough:
         config.hook.pytest_deselected(items=thorough)

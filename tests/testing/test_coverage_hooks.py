@@ -72,6 +72,7 @@ TABLE = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "workers",
     [

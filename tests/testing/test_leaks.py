@@ -81,6 +81,7 @@ def traces(pytester: pytest.Pytester) -> dict[str, list[str]]:
     }
 
 
+@pytest.mark.thorough
 def test_no_test_leaves_a_trace_in_another(scenarios):
     """In one process: each alone at the start, then all in another order."""
     scenarios.runpytest("--junitxml=junit.xml")

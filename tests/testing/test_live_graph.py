@@ -95,6 +95,7 @@ def test_messages_do_not_come_through_shared_memory(live_graph):
         assert "fastrtps_port" not in mapped
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_mission_runs_over_processes(live_graph):
     """Sim, servers and executive; what is killed is missed."""

@@ -101,6 +101,7 @@ def test_some_seeds_may_fail(scenarios):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "workers",
     [
@@ -133,6 +134,7 @@ def test_too_few_seeds_fail_the_test_as_a_whole(scenarios, pytester, workers):
     assert [name[-7:] for name in order(result)[:4]] == ["[seed2]", "[seed5]", "[seed7]", "[seed0]"]
 
 
+@pytest.mark.thorough
 def test_seeds_that_failed_run_first_until_they_pass(scenarios):
     """Also those that the test itself does not name."""
     scenarios("-k", "most", "--scenario-seeds=30", bad=(7, 22))

@@ -208,9 +208,9 @@ def test_a_damaged_recording_that_says_nothing_is_a_finding(folder, monkeypatch)
     ("update", "kind"),
     sample(
         [
+            ("1 / 0", "ZeroDivisionError in bad_leaf.py:update"),
             ("signal.pause()", "a hang"),
             ("os.kill(os.getpid(), signal.SIGSEGV)", "the process ended with -11"),
-            ("1 / 0", "ZeroDivisionError in bad_leaf.py:update"),
             (f"len('x' * {(MEMORY_MB + 30) * 2**20})", f"more than {MEMORY_MB} MB"),
             (f"len('x' * {3 * MEMORY_MB * 2**20})", "MemoryError in bad_leaf.py:update"),
         ],

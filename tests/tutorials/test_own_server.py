@@ -101,6 +101,7 @@ def test_an_order_that_makes_no_sense_is_rejected(stack: ExitStack, order: str) 
     assert room.now_s < 0.5
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_three_terminals(tmp_path: Path) -> None:
     """As the page says: two servers and a mission, each a process of its own."""

@@ -53,6 +53,7 @@ def test_every_other_example_passes(folder: pytest.Pytester, block: str) -> None
     result.assert_outcomes(passed=block.count("def test_"))
 
 
+@pytest.mark.thorough
 def test_the_mission_of_the_first_tutorial_passes_its_tests(pytester: pytest.Pytester) -> None:
     """Its last form, with the tests of the page."""
     text = (ROOT / "docs/tutorials/first-mission.md").read_text(encoding="utf-8")

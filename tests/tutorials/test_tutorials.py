@@ -37,6 +37,7 @@ def test_the_files_of_the_folder_are_all_shown() -> None:
     }
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.parametrize(
     ("script", "output"),

@@ -107,6 +107,7 @@ print(json.dumps([few, every]))
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_libraries_come_with_the_actions_that_need_them() -> None:
     """A process that serves all of them has loaded everything before the first goal."""

@@ -233,6 +233,7 @@ raise SystemExit(main(robot="waffle", image_folder=Path({folder!r})))
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.usefixtures("visible")
 @pytest.mark.parametrize("number", sample([signal.SIGINT, signal.SIGTERM], every=2))

@@ -189,7 +189,7 @@ def run(text: str, path: Path, world: World, deaths: list[int]) -> tuple[str, li
 
 @pytest.mark.parametrize(
     ("tree", "fate"),
-    sample(itertools.product(TREES, ("finishes", "cut short", "restarted")), every=2),
+    sample(itertools.product(TREES, ("finishes", "cut short", "restarted")), every=3),
 )
 def test_death_after_any_tick(tmp_path: Path, tree: str, fate: str) -> None:
     """Nothing is said twice or never; no goal that has ended well is sent again."""

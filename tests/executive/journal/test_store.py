@@ -307,6 +307,7 @@ while True:
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_process_that_is_killed_loses_nothing(path: Path) -> None:
     """Wherever it is in a transaction, and while SQLite moves transactions to the file."""

@@ -133,6 +133,7 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, start, number):
     assert "waffle in dqn_stage1, seed 3, speed 2" in output
 
 
+@pytest.mark.thorough
 def test_several_robots_live_under_their_names(beside, start):
     """Scans of both come, from one process with one clock."""
     node, _ = beside
@@ -162,6 +163,7 @@ def test_who_commands_in_vain_is_named(beside, start):
     assert "--cmd-vel-type plain" in output
 
 
+@pytest.mark.thorough
 def test_commands_of_the_type_that_a_parameter_names_are_taken(beside, start):
     """As a launch file sets it."""
     node, _ = beside

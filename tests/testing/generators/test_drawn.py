@@ -98,7 +98,7 @@ tree:
 """
 
 
-@pytest.mark.parametrize("name", sample(FAULTS, every=3))
+@pytest.mark.parametrize("name", sample(FAULTS, every=9))
 def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
     """Whatever it breaks, the mission ends, and no goal is left that nobody names."""
     draws = SeededDraws(name)

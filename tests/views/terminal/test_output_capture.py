@@ -82,6 +82,7 @@ def test_lines_are_taken_when_they_are_whole() -> None:
     assert on_terminal(VIEW) == ["taken by Python", "taken by C", "left with no endlater", "after"]
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_what_others_write_during_a_run_does_not_tear_the_view(tmp_path: Path) -> None:
     """One frame is left, and above it every line."""

@@ -294,6 +294,7 @@ async def test_characters_that_cannot_be_seen_are_marked(editor: Editor) -> None
     await editor.shows("problems", "error")
 
 
+@pytest.mark.thorough
 @played("play")
 async def test_the_findings_of_a_proof_are_at_their_nodes(editor: Editor) -> None:
     """One that is opened by its key selects a node, and shows the steps."""
@@ -341,6 +342,7 @@ async def test_a_run_of_the_text_is_shown_beside_it(editor: Editor, monkeypatch:
     assert not editor.file.exists()
 
 
+@pytest.mark.thorough
 @played("play")
 async def test_a_run_pauses_at_a_node_and_continues_with_another_text(editor: Editor) -> None:
     """The window shows what changed. Obstacles from the map are in both runs, and in a scenario."""

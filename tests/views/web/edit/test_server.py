@@ -500,6 +500,7 @@ async def test_the_page_is_guarded_as_the_others_are(client: Client) -> None:
     assert "exceeds" in (await client.ask("files", text="x" * 8_000_001))["error"]
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_run_ends_with_an_editor_that_is_killed(tmp_path: Path) -> None:
     """The next editor removes the text of the run."""
