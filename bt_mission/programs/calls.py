@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABCMeta
 from collections.abc import Callable, Coroutine, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from random import Random
 from typing import Any, Protocol
 from weakref import WeakSet
@@ -39,20 +40,29 @@ class Over(Future):
             self._state = FutureState.FINISHED
 
 
-@dataclass(eq=False)
 class Wait:
     """The wait of a call.
 
-    Attributes:
+    Args:
         what: For people, such as ``sleeps``.
         is_timed: Whether time ends it.
         owner: Returns the call that has to do something to end it, if there is only one.
     """
 
-    what: str
-    is_timed: bool = False
-    owner: Callable[[], Call | None] = lambda: None
-    over: Over = field(default_factory=Over)
+    __slots__ = ("is_timed", "over", "owner", "what")
+
+    def __init__(
+        self,
+        what: str,
+        is_timed: bool = False,  # noqa: FBT001, FBT002 - as an attribute
+        owner: Callable[[], Call | None] = lambda: None,
+    ) -> None:
+        self.what, self.is_timed, self.owner = what, is_timed, owner
+        self.over = Over()
+
+    def run_out(self) -> None:
+        """Note that its time is over."""
+        self.over.set_result(False)
 
 
 @dataclass(eq=False)
@@ -195,3 +205,29 @@ def current_call() -> Call | None:
     """Return the call whose code runs; None outside of the code of programs."""
     current = getcurrent()
     return current if type(current) is Call else None
+
+
+class StandIn(ABCMeta):
+    """A class in the place of ``_stands_for``, whose objects it makes where no program runs.
+
+    Its subclasses are ordinary classes.
+    """
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        """Make an object; outside of the code of programs, one of the original."""
+        original = cls.__dict__.get("_stands_for")
+        if original is not None and current_call() is None:
+            return original(*args, **kwargs)
+        return super().__call__(*args, **kwargs)
+
+    def __instancecheck__(cls, instance: Any) -> bool:
+        """Return whether it is an object of the class, or of the original."""
+        return super().__instancecheck__(instance) or isinstance(
+            instance, cls.__dict__.get("_stands_for", ())
+        )
+
+    def __subclasscheck__(cls, subclass: type) -> bool:
+        """Return whether a class inherits from it, or from the original."""
+        return super().__subclasscheck__(subclass) or issubclass(
+            subclass, cls.__dict__.get("_stands_for", ())
+        )

@@ -11,7 +11,7 @@ from rclpy.clock_type import ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
 from bt_mission.core.stamps import NS
-from bt_mission.programs.calls import Call, Wait, current_call
+from bt_mission.programs.calls import Call, StandIn, Wait, current_call
 
 _real_sleep = time.sleep
 
@@ -79,19 +79,13 @@ CALENDAR: dict[str, Any] = {
 }
 
 
-class _IsDatetime(type):
-    def __instancecheck__(cls, instance: object) -> bool:
-        return isinstance(instance, _real_datetime)
-
-    def __subclasscheck__(cls, subclass: type) -> bool:
-        return issubclass(subclass, _real_datetime)
-
-
 _real_datetime = datetime.datetime
 
 
-class Datetime(_real_datetime, metaclass=_IsDatetime):
+class Datetime(_real_datetime, metaclass=StandIn):
     """``datetime.datetime``, whose present is virtual."""
+
+    _stands_for = _real_datetime
 
     @classmethod
     def now(cls, tz: datetime.tzinfo | None = None) -> Any:

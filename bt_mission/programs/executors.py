@@ -11,6 +11,7 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
+from rclpy import executors
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, ExternalShutdownException, TimeoutObject
@@ -19,7 +20,7 @@ from rclpy.task import Future, Task
 from typing_extensions import override
 
 from bt_mission.core.stamps import NS
-from bt_mission.programs.calls import Call, Life, Program, Wait, current_call
+from bt_mission.programs.calls import Call, Life, Program, StandIn, Wait, current_call
 
 ENDLESS = -1
 SPINS = "spins"
@@ -226,13 +227,16 @@ class Waker:
         self._wait.over.set_result(True)
 
 
-class SingleThreadedExecutor(ProgramExecutor):
+class SingleThreadedExecutor(ProgramExecutor, metaclass=StandIn):
     """Runs callbacks in the thread that spins."""
 
+    _stands_for = executors.SingleThreadedExecutor
 
-class MultiThreadedExecutor(ProgramExecutor):
+
+class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
     """Runs callbacks in a pool of threads."""
 
+    _stands_for = executors.MultiThreadedExecutor
     hands_over = True
 
     def __init__(

@@ -78,6 +78,7 @@ class ProgramHost:
         self.stuck: set[Call] = set()
         """Those that can never continue, and were named."""
         clock.host = self
+        self._uninstall = replaced.install()
 
     # ---- nodes ---------------------------------------------------------------------------
 
@@ -342,11 +343,12 @@ class ProgramHost:
         if timeout_ns is None:
             return bool(call.park(wait))
         time_ns = self.clock.now_ns + max(timeout_ns, 0)
-        alarm = self.clock.call_at(time_ns, lambda: wait.over.set_result(False))
+        alarm = self.clock.call_at(time_ns, wait.run_out)
         try:
             return bool(call.park(wait))
         finally:
-            self.clock.cancel_call(alarm)
+            if wait.over._result is not False:  # of the alarm
+                self.clock.cancel_call(alarm)
 
     def read_clock(self, call: Call) -> int:
         """Return the present, ns. Code that reads it again and again makes time move."""
@@ -371,7 +373,7 @@ class ProgramHost:
         self.calls[call] = None
         program = call.program
         call.parent = getcurrent()
-        former = replaced.put_in(program.context)
+        former = replaced.enter(program.context)
         program.swap_in()
         try:
             call.switch()
@@ -382,7 +384,7 @@ class ProgramHost:
                 raise
         finally:
             program.swap_out()
-            program.context = replaced.put_back(former)
+            program.context = replaced.leave(former)
             if call.dead:
                 self.calls.pop(call, None)
                 if call.spin is not None:
@@ -452,11 +454,12 @@ class ProgramHost:
             self._end(program)
         for executor in tuple(self.executors):
             executor.shutdown()
+        self._uninstall()
 
     def _kill(self, call: Call) -> None:
         """Have a call run `finally`, and no more."""
         call.is_over = True
-        former = replaced.put_in(call.program.context)
+        former = replaced.enter(call.program.context)
         call.program.swap_in()
         try:
             with suppress(BaseException):  # whatever its code raises; it may be of another thread
@@ -464,7 +467,7 @@ class ProgramHost:
                 call.throw(GreenletExit)
         finally:
             call.program.swap_out()
-            replaced.put_back(former)
+            replaced.leave(former)
             self.calls.pop(call, None)
 
 

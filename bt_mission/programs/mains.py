@@ -17,16 +17,17 @@ from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from typing_extensions import override
 
-from bt_mission.programs.calls import Host, Program, current_call
+from bt_mission.programs.calls import Host, Program, StandIn, current_call
 from bt_mission.programs.executors import SingleThreadedExecutor
 
 INTERRUPTED = 130
 """The exit code of a program that a KeyboardInterrupt ends."""
 
 
-class ProgramContext(Context):
+class ProgramContext(Context, metaclass=StandIn):
     """A context of rclpy in a program: one that it shares with the stage, and alone shuts down."""
 
+    _stands_for = Context
     _is_up = False
 
     @override
@@ -100,6 +101,11 @@ class _Lines(io.TextIOBase):
         self._lines += lines
         return len(text)
 
+    @property
+    def has_lines(self) -> bool:
+        """Whether there are lines to pass on."""
+        return bool(self._lines)
+
     def pass_on(self) -> None:
         """Pass the lines on, once nothing of the program runs."""
         lines, self._lines = self._lines, []
@@ -158,7 +164,13 @@ class MainProgram(Program):
         self.at_exit: list[Callable[[], Any]] = []
         self.has_ros = False
         """Whether it has called ``rclpy.init``."""
+        self._folder = str(file.parent)
         self._modules: dict[str, ModuleType] = {}
+        self._hidden: dict[str, ModuleType | None] = {}
+        """Modules of others with the same names, while its code runs."""
+        self._known: set[str] = set()
+        """The names of all modules, when it was last looked."""
+        self._count = 0
         self._outside: tuple[Any, ...] = ()
 
     def take_ros_args(self, argv: Sequence[str]) -> None:
@@ -182,25 +194,38 @@ class MainProgram(Program):
 
     @override
     def swap_in(self) -> None:
-        main = sys.modules.get("__main__")
-        self._outside = (sys.argv, sys.stdout, sys.stderr, main, set(sys.modules))
+        self._outside = (sys.argv, sys.stdout, sys.stderr)
         sys.argv, sys.stdout, sys.stderr = self.argv, self.output, self.output
-        sys.modules.update(self._modules)
-        sys.path.insert(0, str(self.file.parent))
+        modules = sys.modules
+        self._hidden = {name: modules.get(name) for name in self._modules}
+        modules.update(self._modules)
+        if len(modules) != self._count:
+            self._known, self._count = set(modules), len(modules)
+        sys.path.insert(0, self._folder)
 
     @override
     def swap_out(self) -> None:
-        sys.argv, sys.stdout, sys.stderr, main, before = self._outside
-        folder = str(self.file.parent)
-        if folder in sys.path:
-            sys.path.remove(folder)
-        for name in sys.modules.keys() - before:
+        sys.argv, sys.stdout, sys.stderr = self._outside
+        if self._folder in sys.path:
+            sys.path.remove(self._folder)
+        if len(sys.modules) != self._count:
+            self._take_new_modules()
+        for name, hidden in self._hidden.items():
+            if hidden is not None:
+                sys.modules[name] = hidden
+            else:
+                sys.modules.pop(name, None)
+        if self.output.has_lines:
+            self.output.pass_on()
+
+    def _take_new_modules(self) -> None:
+        """Take the modules that its code has imported, if their files lie beside it."""
+        for name in sys.modules.keys() - self._known:
             file = getattr(sys.modules[name], "__file__", None) or ""
-            if name in self._modules or Path(file).is_relative_to(folder):
-                self._modules[name] = sys.modules.pop(name)
-        if main is not None:
-            sys.modules["__main__"] = main
-        self.output.pass_on()
+            if Path(file).is_relative_to(self._folder):
+                self._modules[name] = sys.modules[name]
+                self._hidden[name] = None
+        self._known, self._count = set(sys.modules), len(sys.modules)
 
     def run(self) -> None:
         """Run the program to its end, in a call."""
@@ -244,6 +269,7 @@ class MainProgram(Program):
         spec = importlib.util.spec_from_file_location("__main__", self.file, loader=loader)
         assert spec is not None
         module = importlib.util.module_from_spec(spec)
+        self._hidden["__main__"] = sys.modules.get("__main__")
         self._modules["__main__"] = sys.modules["__main__"] = module
         loader.exec_module(module)
         main = getattr(module, "main", None)

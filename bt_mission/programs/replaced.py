@@ -1,8 +1,7 @@
-"""The functions that block or read a clock, replaced while the code of a program runs.
+"""The functions that block or read a clock, replaced while there are programs.
 
-They are exchanged in their modules whenever a call is resumed, and put back when it waits or ends:
-nothing else sees them. If another thread of the process calls one meanwhile, it does as the
-original.
+:func:`install` puts them into their modules, once, and a function returns them. Each looks for the
+call that runs: outside of the code of programs it does as the original, also in other threads.
 """
 
 from __future__ import annotations
@@ -38,8 +37,9 @@ from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedE
 from bt_mission.programs.mains import MainProgram, ProgramContext, RclpyOfNodes
 
 _real_lock = threading.Lock()
-_depth = 0
+_users = 0
 _kept: list[dict[str, Any]] = []
+_real_datetime = datetime.datetime
 
 _real_global_executor = rclpy.get_global_executor
 _real_spin = rclpy.spin
@@ -94,8 +94,13 @@ def _wait_for_message(
     return (True, got[0]) if got else (False, None)
 
 
-def _keep_handlers(*_: Any) -> None:
+def _kept_handlers(real: Callable[..., Any]) -> Callable[..., Any]:
     """Leave the signals to the stage."""
+
+    def keep(*args: Any) -> Any:
+        return real(*args) if current_call() is None else None
+
+    return keep
 
 
 def _at_exit(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
@@ -127,13 +132,12 @@ _DRAWS = (
 
 REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
     (time, {"sleep": clocks.sleep, **clocks.READERS, **clocks.CALENDAR}),
-    (datetime, {"datetime": clocks.Datetime}),
     (
         threading,
         {
             "Lock": threads.new_lock,
             "_allocate_lock": threads.new_lock,
-            "_CRLock": None,
+            "_CRLock": threads.new_rlock,
             "_time": clocks.READERS["monotonic"],
             "Thread": threads.Thread,
             "Timer": threads.Timer,
@@ -142,7 +146,7 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
             "current_thread": threads.current_thread,
         },
     ),
-    (queue, {"SimpleQueue": queue._PySimpleQueue, "time": clocks.READERS["monotonic"]}),
+    (queue, {"SimpleQueue": threads.SimpleQueue, "time": clocks.READERS["monotonic"]}),
     (random, {name: partial(_drawn, name, getattr(random, name)) for name in _DRAWS}),
     (uuid, {"uuid4": _uuid4}),
     (
@@ -151,8 +155,8 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
             "spin": _spin,
             "get_global_executor": _global_executor,
             "Context": ProgramContext,
-            "install_signal_handlers": _keep_handlers,
-            "uninstall_signal_handlers": _keep_handlers,
+            "install_signal_handlers": _kept_handlers(rclpy.install_signal_handlers),
+            "uninstall_signal_handlers": _kept_handlers(rclpy.uninstall_signal_handlers),
         },
     ),
     (rclpy.context, {"Context": ProgramContext}),
@@ -171,34 +175,48 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
 )
 """Modules, and what a program finds in them."""
 
-_TABLES = tuple((vars(module), names) for module, names in REPLACED)
 
-
-def put_in(context: Any) -> Any:
-    """Exchange the functions, and rclpy's default context. Return the former context."""
-    global _depth  # noqa: PLW0603 - modules are one for all threads
+def install() -> Callable[[], None]:
+    """Put the functions into their modules. Return a function that ends that, once."""
+    global _users  # noqa: PLW0603 - modules are one for all threads
     with _real_lock:
-        _depth += 1
-        if _depth == 1:
-            for present, new in _TABLES:
-                _kept.append({name: present[name] for name in new})
-                present.update(new)
-    former = utilities.g_default_context
+        _users += 1
+        if _users == 1:
+            for module, new in REPLACED:
+                _kept.append({name: vars(module)[name] for name in new})
+                vars(module).update(new)
+    left = [None]
+
+    def end() -> None:
+        global _users  # noqa: PLW0603
+        with _real_lock:
+            if not left:
+                return
+            left.clear()
+            _users -= 1
+            if _users == 0:
+                for (module, _), kept in zip(REPLACED, _kept, strict=True):
+                    vars(module).update(kept)
+                _kept.clear()
+
+    return end
+
+
+def enter(context: Any) -> tuple[Any, Any]:
+    """Let rclpy's default context and ``datetime`` be those of a program. Return the former ones.
+
+    A class that is pickled has to be found in its module: ``datetime`` of others stays.
+    """
+    former = utilities.g_default_context, datetime.datetime
     utilities.g_default_context = context
+    datetime.datetime = clocks.Datetime  # type: ignore[misc]
     return former
 
 
-def put_back(context: Any) -> Any:
-    """Put back what :func:`put_in` has exchanged. Return rclpy's default context until then."""
-    global _depth  # noqa: PLW0603 - modules are one for all threads
-    with _real_lock:
-        _depth -= 1
-        if _depth == 0:
-            for (present, _), kept in zip(_TABLES, _kept, strict=True):
-                present.update(kept)
-            _kept.clear()
+def leave(former: tuple[Any, Any]) -> Any:
+    """End :func:`enter`. Return the default context until now."""
     latter = utilities.g_default_context
-    utilities.g_default_context = context
+    utilities.g_default_context, datetime.datetime = former  # type: ignore[misc]
     return latter
 
 
@@ -206,8 +224,8 @@ _NEW = {
     id(vars(module)[name]): new
     for module, names in REPLACED
     for name, new in names.items()
-    if new is not None and name != "_rclpy"
-}
+    if name != "_rclpy"
+} | {id(_real_datetime): clocks.Datetime}
 """The replacements of functions and classes, by the identity of the original."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import sys
 import threading
 from collections import deque
@@ -10,9 +11,11 @@ from typing import Any
 from typing_extensions import override
 
 from bt_mission.core.stamps import NS
-from bt_mission.programs.calls import Call, Life, Wait, current_call
+from bt_mission.programs.calls import Call, Life, StandIn, Wait, current_call
 
 _real_lock = threading.Lock
+_real_rlock: Any = vars(threading)["_CRLock"]
+_python_rlock: Any = vars(threading)["_PyRLock"]
 _real_ident = threading.get_ident
 _real_current = threading.current_thread
 
@@ -71,6 +74,18 @@ def new_lock() -> Any:
     return _real_lock() if current_call() is None else Lock()
 
 
+def new_rlock(*args: Any) -> Any:
+    """Replace what makes the locks of ``threading.RLock``."""
+    is_real = _real_rlock is not None and current_call() is None
+    return _real_rlock(*args) if is_real else _python_rlock(*args)
+
+
+class SimpleQueue(queue._PySimpleQueue, metaclass=StandIn):  # type: ignore[name-defined,misc]  # private
+    """``queue.SimpleQueue``, in Python."""
+
+    _stands_for = queue.SimpleQueue
+
+
 def get_ident() -> int:
     """Replace ``threading.get_ident``."""
     call = current_call()
@@ -89,8 +104,10 @@ def current_thread() -> Any:
     return call.life.thread
 
 
-class Thread(threading.Thread):
+class Thread(threading.Thread, metaclass=StandIn):
     """``threading.Thread``, on the virtual clock if the code of a program starts it."""
+
+    _stands_for: Any = threading.Thread
 
     _life: Life | None = None
     _call: Call | None = None
@@ -164,6 +181,8 @@ class Thread(threading.Thread):
 class Timer(Thread):
     """``threading.Timer``."""
 
+    _stands_for = threading.Timer
+
     def __init__(
         self, interval: float, function: Any, args: Any = None, kwargs: Any = None
     ) -> None:
@@ -183,8 +202,10 @@ class Timer(Thread):
         self.finished.set()
 
 
-class Local:
+class Local(metaclass=StandIn):
     """``threading.local``."""
+
+    _stands_for = threading.local
 
     __slots__ = ("__dict__", "_made", "_parts")
 

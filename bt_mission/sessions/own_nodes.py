@@ -73,6 +73,8 @@ class OwnNodes:
         wanted += [(factory, robot.name) for robot in robots for factory in robot.mission.nodes]
         self._taken: set[str] = set()
         made.callback(self._destroy)
+        if host is not None:
+            made.callback(host.close)
         for number, (factory, namespace) in enumerate(wanted):
             assert host is not None, "there is code of users"
             name = f"{seed}/{number}/{namespace}/{name_of(factory)}"

@@ -206,7 +206,7 @@ class Stage(Session):
         named = (*self._options.nodes, *self._options.programs)
         if named or any(robot.mission.nodes for robot in members):
             self._host = ProgramHost(self.clock)
-        own = OwnNodes(
+        return OwnNodes(
             self._options.nodes,
             members,
             self.context,
@@ -215,9 +215,6 @@ class Stage(Session):
             self._seed,
             self._options.programs,
         )
-        if self._host is not None:
-            made.callback(self._host.close)
-        return own
 
     def _serve_all(
         self, servers: Sequence[Node], own: OwnNodes, executives: Sequence[Node]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import queue
 import random
+import sys
 import threading
 import time
 import uuid
@@ -298,33 +299,41 @@ def test_what_blocks_takes_virtual_time(
     assert programs.run(code, programs.add(Numbers)) == (seconds, result)
 
 
-def test_nothing_else_sees_a_replaced_function(programs: Any) -> None:
-    """They are exchanged while the code of a program runs, and only for its threads."""
+def made_here() -> Any:
+    """What this code gets that programs get another one of: objects, and times above a year."""
+    kinds = (threading.Lock(), threading.RLock(), threading.local(), queue.SimpleQueue())
+    others = (threading.Timer(1, print), threading.Thread(), rclpy.context.Context())
+    clocks = (time.time(), time.time_ns() / 1e9, dt.datetime.now().timestamp())
+    return [type(each) for each in (*kinds, *others)], [now > 3e7 for now in clocks]
+
+
+ORIGINAL_KINDS = made_here()
+
+
+def test_nothing_else_gets_what_programs_get(programs: Any) -> None:
+    """A replaced function does as the original in other callbacks and threads."""
     seen: list[Any] = []
+    inside: list[Any] = []
 
     def look() -> Any:
         # A thread of the process, as a library may have started it before.
-        other = ORIGINALS["threading", "Thread"](target=lambda: seen.append(type(threading.Lock())))
+        other = ORIGINALS["threading", "Thread"](target=lambda: seen.append(made_here()))
         ORIGINALS["threading", "Thread"].start(other)
         ORIGINALS["threading", "Thread"].join(other)
+        inside.extend(made_here())
         time.sleep(0.1)
-        return time.sleep, rclpy.spin
 
     def originals() -> Any:
-        return {key: vars(_module(key[0]))[key[1]] for key in ORIGINALS}
+        return {key: vars(sys.modules[key[0]])[key[1]] for key in ORIGINALS}
 
-    before = originals()  # those of a thread that another test has given up stay
-    node = programs.rig.node("ours")
-    node.create_timer(0.05, lambda: seen.append(originals() == before))
-    _, replaced = programs.run(look)
-    assert replaced != (ORIGINALS["time", "sleep"], ORIGINALS["rclpy", "spin"])
-    assert type(ORIGINALS["threading", "Lock"]()) in seen
-    assert False not in seen
-    assert originals() == before
-
-
-def _module(name: str) -> Any:
-    return next(module for module, _ in REPLACED if module.__name__ == name)
+    programs.rig.node("ours").create_timer(0.05, lambda: seen.append(made_here()))
+    programs.run(look)
+    assert len(seen) > 1
+    assert [each for each in seen if each != ORIGINAL_KINDS] == []
+    assert not {*inside[0]} & {*ORIGINAL_KINDS[0]}
+    assert inside[1] == [False, False, False]
+    programs.host.close()
+    assert originals() == ORIGINALS
 
 
 def test_random_numbers_of_a_program_follow_from_its_seed(programs: Any) -> None:
