@@ -7,6 +7,7 @@ Run it as: python benchmarks/programs.py [--rounds N]
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -33,7 +34,7 @@ def awaiting(clock: VirtualTimeExecutor) -> None:
     async def go_on() -> None:
         while True:
             over: Future = Future()
-            clock.call_at(clock.now_ns + PERIOD_NS, lambda over=over: over.set_result(None))
+            clock.call_at(clock.now_ns + PERIOD_NS, partial(over.set_result, None))
             await over
 
     clock.create_task(go_on)
@@ -57,7 +58,8 @@ def steps(clock: VirtualTimeExecutor) -> Callable[[], float]:
         watch = CpuWatch()
         for _ in range(SLEEPS):
             clock.step()
-        return watch.elapsed_s / SLEEPS * 1e6
+        us_a_step: float = watch.elapsed_s / SLEEPS * 1e6
+        return us_a_step
 
     return measure
 

@@ -133,6 +133,14 @@ class Program:
         self.host, self.name, self.context = host, name, context
         self.random = Random(seed)
         self.life = host.new_life()
+        self.handlers: dict[int, Any] = {}
+        """Its handlers of signals, by number."""
+        self.ends_with_signal = False
+        """Whether rclpy shuts its contexts down at a signal."""
+        self.was_interrupted = False
+        """Whether it has got a signal."""
+        self.contexts: list[Context] = []
+        """Those that it has initialized."""
         self.executor: Any = None
         """What ``rclpy.spin`` and the like use, once there is one."""
 
@@ -174,12 +182,18 @@ class Call(greenlet):
         self.outcome: Any = None
         self.wait: Wait | None = None
         self.is_over = False
+        self.handler: Callable[[], Any] | None = None
+        """Of a signal, to be called where the code waits."""
         self.read_ns = self.reads = 0
         self._function, self._args = function, args
 
     def run(self) -> None:
         """Run the code (greenlet calls this)."""
         self.outcome = self._function(*self._args)
+
+    def waits_for(self, over: Over) -> bool:
+        """Return whether it waits, and this is the end of it."""
+        return self.wait is not None and self.wait.over is over
 
     def park(self, wait: Wait) -> Any:
         """Wait, while virtual time continues. Return the result; called by the code that waits.
@@ -189,12 +203,19 @@ class Call(greenlet):
         """
         if self.is_over or self.program.host.is_over:
             raise GreenletExit
-        self.wait = wait
-        try:
-            assert self.parent is not None, "a call is resumed by its host"
-            self.parent.switch()
-        finally:
-            self.wait = None
+        while True:
+            self.wait = wait
+            try:
+                assert self.parent is not None, "a call is resumed by its host"
+                self.parent.switch()
+            finally:
+                self.wait = None
+            if self.handler is None:
+                break
+            handle, self.handler = self.handler, None
+            handle()
+            if wait.over.is_over:
+                break
         result = wait.over._result
         if isinstance(result, BaseException):
             raise result

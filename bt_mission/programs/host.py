@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,8 +19,8 @@ from rclpy.task import Future, Task
 
 from bt_mission.core.stamps import NS
 from bt_mission.executors.coroutines import awaited_by
-from bt_mission.programs import replaced
-from bt_mission.programs.calls import Call, Life, Program, Wait, current_call
+from bt_mission.programs import replaced, signals
+from bt_mission.programs.calls import Call, Life, Over, Program, Wait, current_call
 from bt_mission.programs.executors import (
     ENDLESS,
     FreeExecutor,
@@ -27,6 +28,7 @@ from bt_mission.programs.executors import (
     Spin,
     Waker,
 )
+from bt_mission.programs.goals import ServedGoals
 from bt_mission.programs.mains import MainProgram
 from bt_mission.programs.remarks import Remarks
 from bt_mission.programs.stuck import find_stuck, refuse_standstill
@@ -56,16 +58,18 @@ class ProgramHost:
 
     Args:
         clock: Serves their nodes.
+        start_ns: What :attr:`time_s` counts from, ns; None is the present.
     """
 
-    def __init__(self, clock: VirtualTimeExecutor) -> None:
+    def __init__(self, clock: VirtualTimeExecutor, start_ns: int | None = None) -> None:
         self.clock = clock
-        self._start_ns = clock.now_ns
+        self._start_ns = clock.now_ns if start_ns is None else start_ns
         self.is_over = False
         self.executors: WeakSet[ProgramExecutor] = WeakSet()
         self.switches = 0
         """How often code of programs was resumed."""
         self.remarks = Remarks(clock)
+        self.goals = ServedGoals(self)
         self._advanced = False
         self._changed = False
         self._numbers = count(_REAL_THREADS)
@@ -167,6 +171,7 @@ class ProgramHost:
 
     def took(self, waitable: Any, parts: Any) -> None:
         """Note what was taken for a waitable."""
+        self.goals.took(waitable, parts)
         self.remarks.took(waitable, parts)
 
     def _spin_for(self, node: Node) -> Spin | None:
@@ -224,8 +229,10 @@ class ProgramHost:
     async def _to_its_end(self, call: Call) -> None:
         while not call.dead:
             assert call.wait is not None, "it has been suspended"
-            await call.wait.over
-            self._advance(call)
+            over = call.wait.over
+            await over
+            if call.waits_for(over):  # no signal has ended the wait
+                self._advance(call)
 
     async def _part(self, before: Call, function: Callable[..., Any], *args: Any) -> Call:
         """Call a function as soon as a thread is free, for what an earlier call has begun."""
@@ -257,8 +264,9 @@ class ProgramHost:
             owner = getattr(callback, "__self__", None)
             node = owner._node if isinstance(owner, ActionServer) else None
             start = self.clock.start_task
+            may_leave = isinstance(executor.program, MainProgram)
             call = self._begin(
-                spin, executor.program, None, node, _serve, start, callback, args, kwargs
+                spin, executor.program, None, node, _serve, start, callback, args, kwargs, may_leave
             )
             self._advance(call)
             return await self._rest(call)
@@ -298,6 +306,25 @@ class ProgramHost:
             then()
 
         self.clock.begin_task(go_on)
+
+    def interrupt(self, program: Program, number: int = signal.SIGINT) -> None:
+        """Send a signal to a program: its handler runs where the main thread waits."""
+        own = [call for call in self.calls if call.life is program.life and call.wait is not None]
+        handle = signals.action_of(program, own[-1], number) if own else None
+        if handle is None:
+            return
+        if program.ends_with_signal:
+            for context in program.contexts:
+                context.try_shutdown()
+        call = own[-1]
+        assert call.wait is not None, "it waits"
+        before, call.wait.over = call.wait.over, Over()
+        if before.is_over:
+            call.wait.over.set_result(before._result)
+        call.handler = handle
+        program.was_interrupted = True
+        self._advance(call)
+        before.set_result(None)
 
     def _end(self, program: Program) -> None:
         """End the rest of a program: daemon threads, callbacks, nodes, executors."""
@@ -378,7 +405,8 @@ class ProgramHost:
         try:
             call.switch()
         except BaseException as failure:
-            if not isinstance(failure, Exception | SystemExit) or call.spin is None:
+            is_own = isinstance(failure, KeyboardInterrupt) and program.was_interrupted
+            if not (is_own or isinstance(failure, Exception | SystemExit)) or call.spin is None:
                 raise
             if not call.spin.fail(failure):
                 raise
@@ -403,6 +431,15 @@ class ProgramHost:
     def time_s(self) -> float:
         """Virtual time since the start, s."""
         return (self.clock.now_ns - self._start_ns) / NS
+
+    def name_of(self, node: Node) -> str:
+        """Return the name of the program of a node; empty for others."""
+        program = self._programs.get(node)
+        return "" if program is None else program.name
+
+    def action_of(self, server: ActionServer) -> str:
+        """Return the full name of the action of a server."""
+        return self.clock.actions_of(server)[0]
 
     @property
     def is_idle(self) -> bool:

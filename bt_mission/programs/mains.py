@@ -40,6 +40,7 @@ class ProgramContext(Context, metaclass=StandIn):
         shared = call.program.host.clock.context
         self._Context__context = shared.handle
         self._is_up = True
+        call.program.contexts.append(self)
         if isinstance(call.program, MainProgram):
             call.program.take_ros_args(sys.argv if args is None else args)
 

@@ -31,7 +31,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 
 from bt_mission.core.code_owner import owner_of
 from bt_mission.core.stamps import NS
-from bt_mission.programs import clocks, threads
+from bt_mission.programs import clocks, goals, signals, threads
 from bt_mission.programs.calls import Wait, current_call
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from bt_mission.programs.mains import MainProgram, ProgramContext, RclpyOfNodes
@@ -94,15 +94,6 @@ def _wait_for_message(
     return (True, got[0]) if got else (False, None)
 
 
-def _kept_handlers(real: Callable[..., Any]) -> Callable[..., Any]:
-    """Leave the signals to the stage."""
-
-    def keep(*args: Any) -> Any:
-        return real(*args) if current_call() is None else None
-
-    return keep
-
-
 def _at_exit(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
     call = current_call()
     if call is None or not isinstance(call.program, MainProgram):
@@ -155,8 +146,7 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
             "spin": _spin,
             "get_global_executor": _global_executor,
             "Context": ProgramContext,
-            "install_signal_handlers": _kept_handlers(rclpy.install_signal_handlers),
-            "uninstall_signal_handlers": _kept_handlers(rclpy.uninstall_signal_handlers),
+            **signals.OF_RCLPY,
         },
     ),
     (rclpy.context, {"Context": ProgramContext}),
@@ -172,6 +162,8 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
     ),
     (rclpy.clock, {"_rclpy": clocks.RclpyOfClocks()}),
     (rclpy.wait_for_message, {"wait_for_message": _wait_for_message}),
+    *signals.REPLACED,
+    goals.REPLACED,
 )
 """Modules, and what a program finds in them."""
 

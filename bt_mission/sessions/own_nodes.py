@@ -85,7 +85,7 @@ class OwnNodes:
             self._make(host, program, factory, namespace)
         for number, whole in enumerate(programs):
             assert host is not None, "there is code of users"
-            self._start(host, whole, f"{seed}/program {number}")
+            self.start(host, whole, f"{seed}/program {number}")
 
     @property
     def nodes(self) -> list[Node]:
@@ -180,16 +180,17 @@ class OwnNodes:
 
         program = WholeProgram(file, arguments, say, end)
         try:
-            self._start(host, program, seed)
+            self.start(host, program, seed)
         except BtMissionError as error:
             _refuse(factory, str(error))
 
-    def _start(self, host: ProgramHost, whole: WholeProgram, seed: str) -> None:
-        """Run a program until it waits.
+    def start(self, host: ProgramHost, whole: WholeProgram, seed: str) -> MainProgram:
+        """Run a program until it waits; return it.
 
         Raises:
             BtMissionError: It computes for too long.
         """
+        self._host = host
         program = MainProgram(
             host, seed, whole.file, whole.arguments, lambda line: whole.say(host.time_s, line)
         )
@@ -202,6 +203,7 @@ class OwnNodes:
                 "sleep or end",
                 code="BT-215",
             ) from None
+        return program
 
     def _checked(self, factory: Factory, made: Any) -> Node:
         if not isinstance(made, Node):

@@ -25,6 +25,8 @@ from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
 from bt_mission.language.trees import has_python
 from bt_mission.programs import ProgramHost
+from bt_mission.programs.goals import ServedGoal
+from bt_mission.programs.mains import MainProgram, WholeProgram
 from bt_mission.ros.graph import ProcessNode, SharedContext, as_default
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions import stage_nature
@@ -109,6 +111,7 @@ class Stage(Session):
         members = _members(mission, robots)
         self._options = options or StageOptions()
         self._host: ProgramHost | None = None
+        self._started = 0
         own_seed = members[0].mission.seed
         self._seed = own_seed if self._options.seed is None else self._options.seed
         isolate(visible=self._options.visible, network=self._options.network)
@@ -205,7 +208,7 @@ class Stage(Session):
         """Make the nodes of the user, which may wait meanwhile."""
         named = (*self._options.nodes, *self._options.programs)
         if named or any(robot.mission.nodes for robot in members):
-            self._host = ProgramHost(self.clock)
+            self._host = ProgramHost(self.clock, START_NS)
         return OwnNodes(
             self._options.nodes,
             members,
@@ -295,6 +298,40 @@ class Stage(Session):
         self.watch = ClockWatch(self._progress, is_virtual=True, limit_s=limit_s)
         self.watch.last_words.append(self.leave)
         return self.watch
+
+    def start_program(self, whole: WholeProgram) -> MainProgram:
+        """Start a program beside the missions; return it once it waits.
+
+        Raises:
+            BtMissionError: It computes for too long before it waits.
+            StageError: It offers an action that is offered already.
+        """
+        self.watch_users()
+        if self._host is None:
+            self._host = ProgramHost(self.clock, START_NS)
+            self._exit.callback(self._host.close)
+        self._started += 1
+        started = self._own.start(self._host, whole, f"{self._seed}/program {self._started} later")
+        self.offer_all()
+        with as_default(self.context):
+            self.clock.run_until_quiet()
+        for run in self.runs:
+            if (why := duplicate_servers(run.node, sorted(self._own.actions))) is not None:
+                hint = "run the mission without ours: stage.run(..., without=[name])"
+                raise StageError(f"{why}; {hint}", code="BT-914")
+        return started
+
+    def interrupt_program(self, program: MainProgram) -> None:
+        """Send SIGINT to a program, and serve what follows at this instant."""
+        if self._host is not None:
+            with as_default(self.context):
+                self._host.interrupt(program)
+                self.clock.run_until_quiet()
+
+    @property
+    def served_goals(self) -> Sequence[ServedGoal]:
+        """The goals that action servers have got since there are programs, in their order."""
+        return () if self._host is None else self._host.goals.all
 
     @property
     def has_idle_programs(self) -> bool:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bt_mission.testing.history import GoalLife, Recorded
     from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
+    from bt_mission.testing.programs import ProgramRun
     from bt_mission.testing.proofs import ProofFailed, prove
     from bt_mission.testing.run import NeverHeldError, Run
     from bt_mission.testing.stages import Stages
@@ -30,6 +31,7 @@ __all__ = [
     "NeverHeldError",
     "NodeView",
     "Process",
+    "ProgramRun",
     "ProofFailed",
     "Recorded",
     "Run",
@@ -51,6 +53,7 @@ __getattr__ = lazy_names(
         "NeverHeldError": "bt_mission.testing.run",
         "NodeView": "bt_mission.testing.moment",
         "Process": "bt_mission.testing.live_graph",
+        "ProgramRun": "bt_mission.testing.programs",
         "ProofFailed": "bt_mission.testing.proofs",
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -36,9 +36,12 @@ from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import attend
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sessions.check import examine
+from bt_mission.sessions.playing import MISSION as ALONE
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.testing.failure_recording import FailureRecording
+from bt_mission.testing.moment import Condition, Moment
 from bt_mission.testing.options import MOST_RUNS
+from bt_mission.testing.programs import ProgramRun
 from bt_mission.testing.run import Run
 
 
@@ -138,6 +141,53 @@ class Stages:
         if observe is not None:
             chosen = replace(chosen, observe=observe)
         return self._begin(chosen, options)
+
+    def program(
+        self,
+        file: str | Path,
+        *,
+        arguments: Sequence[str] = (),
+        world: str | Path | None = None,
+        robot: str | None = None,
+        seed: int | None = None,
+    ) -> ProgramRun:
+        """Start a program, unchanged, beside the run on the stage, or alone.
+
+        ``client = stage.program("client.py", arguments=["--speed", "0.2"])``
+
+        Args:
+            file: A Python file.
+            arguments: After its name on the command line.
+            world: A file, name or text, if it is alone; so are `robot` and `seed`.
+
+        Raises:
+            PythonError: The file does not exist, or is no program.
+            ScenarioError: There is a run, and a world, robot or seed is given.
+        """
+        given = {"world": world, "robot": robot, "seed": seed}
+        run = self._present
+        if run is None:
+            run = self.run(ALONE, **given)  # type: ignore[arg-type]  # of these names
+        elif any(value is not None for value in given.values()):
+            names = ", ".join(name for name, value in given.items() if value is not None)
+            raise ScenarioError(f"{names}: there is a stage already; pass it to the first program")
+        return ProgramRun(file, arguments, run)
+
+    def until(self, condition: Condition, *, within: float = 60.0) -> Moment:
+        """Run what is on the stage until a condition holds: see :meth:`Run.until`.
+
+        Raises:
+            NeverHeldError: It has not held after `within` seconds.
+            ScenarioError: Nothing is on the stage.
+        """
+        if self._present is None:
+            raise ScenarioError("nothing is on the stage: call stage.run or stage.program first")
+        return self._present.until(condition, within=within)
+
+    @property
+    def _present(self) -> Run | None:
+        """The run that is on the stage."""
+        return self.runs[-1] if self.runs and not self.runs[-1].is_done else None
 
     def plan(self, run: Run, *faults: str | PlannedFault) -> FaultPlan:
         """Have faults begin in a run at their times or on their conditions.

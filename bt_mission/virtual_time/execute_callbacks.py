@@ -44,6 +44,8 @@ class ExecuteCallbacks:
         execute_goal: Callable[..., Coroutine[Any, Any, None]],
         callback: Callable[[Any], Any],
         goal: Any,
+        *,
+        may_leave: bool = False,
     ) -> None:
         """Execute a goal.
 
@@ -52,6 +54,7 @@ class ExecuteCallbacks:
             execute_goal: The server's method that calls the callback and ends the goal.
             callback: The server's execute callback.
             goal: The handle of the goal.
+            may_leave: Whether the callback may end its process.
 
         Raises:
             BtMissionError: The callback returns no result of the action. The exception of rclpy
@@ -68,7 +71,8 @@ class ExecuteCallbacks:
         async def result_of(goal: Any) -> Any:
             nonlocal wrong
             try:
-                result = await await_or_execute(_contained(callback), goal)
+                called = callback if may_leave else _contained(callback)
+                result = await await_or_execute(called, goal)
             except (LeftError, Interrupted) as error:  # the goal ends first, then the mission
                 wrong = error
                 if goal.is_active:

@@ -158,10 +158,21 @@ class VirtualTimeExecutor(Spinning):
         """Run a coroutine function that calls code which may block. Return its future."""
         return super().create_task(function)
 
-    def start_task(self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]) -> Any:
-        """Call what was given for a task. Return its result; a coroutine if it is one."""
+    def start_task(
+        self,
+        callback: Any,
+        args: Sequence[Any],
+        kwargs: dict[str, Any],
+        may_leave: bool = False,  # noqa: FBT001, FBT002 - of code that is called by position
+    ) -> Any:
+        """Call what was given for a task. Return its result; a coroutine if it is one.
+
+        Args:
+            may_leave: Whether an execute callback may end its process, as that of a program.
+        """
         if is_execute_callback(callback):
-            return self._execute_callbacks.call(self._actions_served, callback, *args)
+            call = self._execute_callbacks.call
+            return call(self._actions_served, callback, *args, may_leave=may_leave)
         return callback if inspect.iscoroutine(callback) else callback(*args, **kwargs)
 
     def take_raised(self, goal_id: bytes) -> str:

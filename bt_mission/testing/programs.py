@@ -1,0 +1,97 @@
+"""A program under test: what it prints, its goals, and its end."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.language.plugins import find_program
+from bt_mission.programs.goals import ServedGoal
+from bt_mission.programs.mains import MainProgram, WholeProgram
+from bt_mission.testing.run import LIMIT_S, Run
+
+
+class Line(NamedTuple):
+    """A line that a program has printed.
+
+    Attributes:
+        time_s: Virtual time since the start, s.
+        text: Without its end.
+    """
+
+    time_s: float
+    text: str
+
+
+class ProgramRun:
+    """A whole program on the stage of a run.
+
+    Args:
+        file: The program.
+        arguments: After its name on the command line.
+        run: The run beside which it runs.
+
+    Raises:
+        PythonError: The file does not exist, or is no program.
+        BtMissionError: It computes for too long before it waits.
+    """
+
+    def __init__(self, file: str | Path, arguments: Sequence[str], run: Run) -> None:
+        path = Path(file).resolve()
+        target = shlex.join([path.name, *map(str, arguments)])
+        program, words = find_program(target, str(path.parent / "test"))
+        self.name = path.stem
+        self.run = run
+        self.exit_code: int | None = None
+        """None while it runs."""
+        self.output: list[Line] = []
+        """What it has printed."""
+        whole = WholeProgram(program, words, self._take, self._end)
+        self._program: MainProgram = run.stage.start_program(whole)
+
+    def __repr__(self) -> str:
+        state = "runs" if self.exit_code is None else f"exit code {self.exit_code}"
+        return f"<{self.name}: {state}, {len(self.output)} lines, {len(self.goals)} goals>"
+
+    @property
+    def text(self) -> str:
+        """What it has printed, as one text."""
+        return "".join(f"{line.text}\n" for line in self.output)
+
+    @property
+    def goals(self) -> tuple[ServedGoal, ...]:
+        """The goals of its clients and servers, as their servers saw them."""
+        return tuple(
+            goal for goal in self.run.stage.served_goals if self.name in (goal.client, goal.server)
+        )
+
+    def interrupt(self) -> None:
+        """Send SIGINT, as Ctrl-C does: its handler runs where its main thread waits.
+
+        Raises:
+            ScenarioError: It has ended.
+        """
+        if self.exit_code is not None:
+            raise ScenarioError(f"{self.name} has ended: exit code {self.exit_code}")
+        self.run.stage.interrupt_program(self._program)
+
+    def until_done(self, *, within: float = LIMIT_S) -> int:
+        """Run to its end; return its exit code.
+
+        Raises:
+            NeverHeldError: It has not ended after `within` seconds, or at the mission's end.
+        """
+        if self.exit_code is None:
+            ended: Callable[[object], bool] = lambda _: self.exit_code is not None  # noqa: E731
+            self.run.until(ended, within=within)
+        assert self.exit_code is not None, "the run has reached its end"
+        return self.exit_code
+
+    def _take(self, time_s: float, text: str) -> None:
+        self.output.append(Line(time_s, text))
+
+    def _end(self, exit_code: int) -> None:
+        self.exit_code = exit_code
