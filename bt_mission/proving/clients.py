@@ -131,7 +131,7 @@ class Service:
         return bool(self.calls) and not self.is_mute
 
     def _fall_silent(self) -> None:
-        self.is_mute = True
+        self.is_mute, self.delays = True, 0
 
     def _respond(self, fields: Mapping[str, Any]) -> None:
         self.delays = 0

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from hashlib import blake2b
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -55,8 +55,8 @@ from bt_mission.proving.choices import (
     OutOfFaultsError,
     Script,
 )
-from bt_mission.proving.clients import AnyBehaviour, Draws, Speech
-from bt_mission.proving.goal_servers import Question
+from bt_mission.proving.clients import AnyBehaviour, Draws, Service, Speech
+from bt_mission.proving.goal_servers import Question, ServedGoal
 from bt_mission.proving.limits import Due, RunningLimits
 from bt_mission.proving.memento import Keeper, Memento
 from bt_mission.proving.offered import OfferedClients, full_name
@@ -84,6 +84,10 @@ ORPHANED = "orphaned goals"
 """Begins the list of goals in the reason of a mission that leaves some behind."""
 
 
+Asked: TypeAlias = tuple[list[Question], list[tuple[Due, Question]]]
+"""What may happen before the next tick: events, and limits that may be over."""
+
+
 class _Moment:
     """What of the environment changes from step to step."""
 
@@ -91,7 +95,9 @@ class _Moment:
         self.now_ns = START_NS
         self.may_interrupt = may_interrupt
         self.untimed: Any = None
-        """The last key without times."""
+        """The last key without times and delays."""
+        self.delays: tuple[int, ...] = ()
+        """How often each answer that is owed was not there yet."""
         self.limits: tuple[Due, ...] = ()
         """The limits that were running behind the last tick."""
         self.open: tuple[Due, ...] = ()
@@ -199,8 +205,10 @@ class Environment(OfferedClients):
         self._note_tree = noter(root, self.executive.indices)
         self._present: Memento | None = None
         """The state that was put back, until its next step."""
-        self._asked: tuple[Memento | None, list[Question]] = (None, [])
+        self._asked: tuple[Memento | None, Asked] = (None, ([], []))
         """The state that was asked last, and what may happen in it."""
+        self._owing: list[tuple[ServedGoal | Service, int]] = []
+        """What owed an answer when the step began, with its delays then."""
         self._visited: list[Behaviour] = []
         """The nodes that the last tick has visited."""
         self._inner_of: dict[Any, Scope] = {
@@ -348,22 +356,38 @@ class Environment(OfferedClients):
         has_happened = False
         for server in self._goal_servers.values():
             server.refuse_again()
-        for question in self._all_questions():
+        self._owing = [(entry, entry.delays) for entry in self.owing]
+        questions, open_limits = self._all_questions()
+        for question in questions:
             option = question[self.choices.choose(question)]
             if option.act is not None:
                 option.act()
                 has_happened |= bool(option.words)
                 self.has_answered |= option.is_event and bool(option.words)
+        for due, question in open_limits:
+            if not self._limits.is_moot(due):
+                option = question[self.choices.choose(question)]
+                if option.act is not None:
+                    option.act()
+                    has_happened = True
         return has_happened
 
-    def _all_questions(self) -> list[Question]:
+    def _all_questions(self) -> Asked:
         """Return what may happen; a state that is put back several times is asked once."""
         present, self._present = self._present, None
-        asked, questions = self._asked
-        if present is None or asked is not present:
-            questions = list(self.questions())
-            self._asked = present, questions
-        return questions
+        state, asked = self._asked
+        if present is None or state is not present:
+            asked = list(self.questions()), list(self._open_limits())
+            self._asked = present, asked
+        return asked
+
+    def _open_limits(self) -> Iterator[tuple[Due, Question]]:
+        """Yield the limits that may be over with the next tick."""
+        for due in self._moment.open:
+            faults = self._limits.faults_of(due)
+            if faults != NEVER:
+                words = due.words or "a limit is over"
+                yield due, (NOTHING, Option(words, int(faults), partial(self._end, due)))
 
     def questions(self) -> Iterator[Question]:
         """Yield what may happen before the next tick, in a fixed order."""
@@ -379,11 +403,6 @@ class Environment(OfferedClients):
             if is_limited(node) and self._may_be_late(node):
                 late = int(isinstance(node, ActionLeaf))
                 yield NOTHING, Option(words, late, partial(self._meet, node))
-        for due in self._moment.open:
-            faults = self._limits.faults_of(due)
-            if faults != NEVER:
-                words = due.words or "a limit is over"
-                yield NOTHING, Option(words, int(faults), partial(self._end, due))
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
             yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
 
@@ -417,19 +436,22 @@ class Environment(OfferedClients):
     def _let_time_pass(self) -> None:
         """Tick; where that changes nothing, go to the last tick before the next limit.
 
-        So an answer may come long before a limit, and in the very tick in which it is over.
+        So an answer may come long before a limit, and in the very tick in which it is over. It is
+        not late then: nothing has come before it.
         """
-        before, limits = self._moment.untimed, self._moment.limits
-        if self.is_answer_owed:
-            before = self._untimed_key()  # with the delay of the answer
+        moment = self._moment
+        before, limits = moment.untimed, moment.limits
         self._tick(limits)
-        self.is_quiet = self._moment.untimed == before
+        self.is_quiet = moment.untimed == before
         if not self.is_quiet:
             return
-        due = self._moment.limits
-        if not due and any(True for _ in self.questions()):
+        for entry, delays in self._owing:
+            entry.delays = delays
+        moment.delays = tuple([delays for _, delays in self._owing])
+        due = moment.limits
+        if not due and self._all_questions() != ([], []):
             self.choices.meet((), (), NEVER)  # somebody has to answer
-        if self.is_answer_owed:
+        if self._owing:
             self._wait_for_answers(limits)
         if not due:
             self.is_stuck = True
@@ -475,6 +497,8 @@ class Environment(OfferedClients):
         if self._limits.are_all_open:
             self._moment.open = self._limits.open(until_ns)
         self._moment.untimed = self._untimed_key()
+        owing = () if self.executive.is_done else self.owing
+        self._moment.delays = tuple([entry.delays for entry in owing])
         self._note_limits()
 
     def _note_limits(self) -> None:
@@ -564,8 +588,10 @@ class Environment(OfferedClients):
 
     @property
     def shape(self) -> bytes:
-        """The state without its times, as a hash: :attr:`untimed`, and the names of the limits."""
-        whole = marshal.dumps((self._moment.untimed, [due.words for due in self.limits]), 2)
+        """The state without its times, as a hash, with the names of the limits."""
+        moment = self._moment
+        names = [due.words for due in self.limits]
+        whole = marshal.dumps((moment.untimed, moment.delays, names), 2)
         return blake2b(whole, digest_size=16).digest()
 
     @property

@@ -67,22 +67,20 @@ class ServedGoal:
         )
 
     def key(self, numbers: Mapping[int, int]) -> tuple[Any, ...]:
-        """Return its state as the server sees it.
+        """Return its state as the server sees it, its delays apart.
+
+        Nobody cancels a goal again that the ledger has given up, so only its end matters.
 
         Args:
             numbers: Of the goals in the ledger, by their `id`.
         """
         goal = self.goal
-        return (
-            goal.owner,
-            self.stage,
-            self.is_cancel_open,
-            self.delays,
-            self.refuses,
-            self.ignores,
-            numbers.get(id(goal), -1),
-            *((self.is_silent, self.feedback) if self.is_read else ()),
-        )
+        number = numbers.get(id(goal), -1)
+        read = (self.is_silent, self.feedback) if self.is_read else ()
+        if goal.phase is Phase.LOST and self.is_live and not self.is_cancel_pending:
+            return goal.owner, number, *read
+        flags = self.is_cancel_open, self.refuses, self.ignores
+        return goal.owner, self.stage, *flags, number, *read
 
 
 class GoalServer:
@@ -337,7 +335,7 @@ class GoalServer:
 
     def no_answer(self, served: ServedGoal) -> None:
         """Answer nothing."""
-        served.stage = "mute"
+        served.stage, served.delays = "mute", 0
 
     def server_lost(self, _served: ServedGoal) -> None:
         """Leave the graph, with all goals."""
@@ -347,12 +345,12 @@ class GoalServer:
 
     def refuse_cancel(self, served: ServedGoal) -> None:
         """Refuse this cancel and every later one."""
-        served.refuses, served.is_cancel_open = True, False
+        served.refuses, served.is_cancel_open, served.delays = True, False, 0
         self._pass_event(served, Event.CANCEL_REFUSED)
 
     def ignore_cancel(self, served: ServedGoal) -> None:
         """Answer no cancel."""
-        served.ignores, served.is_cancel_open = True, False
+        served.ignores, served.is_cancel_open, served.delays = True, False, 0
 
     def silence(self, served: ServedGoal) -> None:
         """Send no more feedback."""

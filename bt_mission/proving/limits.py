@@ -16,6 +16,7 @@ from bt_mission.behaviours.control import Timeout
 from bt_mission.behaviours.decorators import Retry
 from bt_mission.behaviours.leaves import Wait
 from bt_mission.executive.executive import Executive
+from bt_mission.goals.goal import Phase
 from bt_mission.goals.ledger import Ledger
 from bt_mission.proving.abstraction import NEVER_NS, Loose
 from bt_mission.proving.answers import AnswerSet
@@ -210,6 +211,18 @@ class RunningLimits:
         else:
             goal = next(goal for goal in self._ledger.open_goals if goal.id == owner[1])
             goal.orphaned_ns = at_ns - goal.grace_ns
+
+    def is_moot(self, due: Due) -> bool:
+        """Is a limit not looked at any more, because its goal has ended since the last tick?"""
+        if isinstance(due.node, ActionLeaf):
+            goal = due.owner[0].goal
+            return goal is not None and goal.phase is Phase.ENDED
+        if due.node is None and type(due.owner) is tuple:
+            return all(
+                goal.id != due.owner[1] or goal.phase is Phase.ENDED
+                for goal in self._ledger.open_goals
+            )
+        return False
 
     def faults_of(self, due: Due) -> float:
         """Return the faults that it takes for a limit to be over.

@@ -14,7 +14,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import Choices
 from bt_mission.proving.clients import Draw, Service, Speech, Topic
-from bt_mission.proving.goal_servers import GoalServer
+from bt_mission.proving.goal_servers import GoalServer, ServedGoal
 from bt_mission.proving.values import ValueCases
 
 
@@ -151,12 +151,10 @@ class OfferedClients:
         return [*self._goal_servers.values(), *self._services.values()]
 
     @property
-    def is_answer_owed(self) -> bool:
-        """Does a server owe an answer that it gives before nothing more happens?"""
-        served = (entry for server in self._goal_servers.values() for entry in server.goals)
-        return any(entry.is_owed for entry in served) or any(
-            service.is_owed for service in self._services.values()
-        )
+    def owing(self) -> list[ServedGoal | Service]:
+        """What owes an answer that it gives before nothing more happens."""
+        served = [entry for server in self._goal_servers.values() for entry in server.goals]
+        return [entry for entry in (*served, *self._services.values()) if entry.is_owed]
 
 
 def full_name(name: str) -> str:
