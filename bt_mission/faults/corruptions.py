@@ -68,12 +68,32 @@ def setting(what: str, fields: Mapping[str, Any]) -> Callable[[Any], Any]:
         for field, value in fields.items():
             owner, (name,) = _find(message, field)
             try:
-                fill(owner, {name: value})
+                _give(owner, name, value)
             except FillError as error:
                 raise ScenarioError(f"{what}: {error}") from error
         return message
 
     return change
+
+
+def _give(owner: Any, name: str, value: Any) -> None:
+    """Give a field a value; sensors send NaN and infinite numbers, too. Raises FillError."""
+    is_list = isinstance(value, tuple)
+    parts = value if is_list else (value,)
+    odd = [index for index, part in enumerate(parts) if _is_odd(part)]
+    finite = tuple(0.0 if index in odd else part for index, part in enumerate(parts))
+    fill(owner, {name: finite if is_list else finite[0]})
+    present = getattr(owner, name)
+    if odd and not isinstance(present[odd[0]] if is_list else present, float | np.floating):
+        raise FillError(f"{name}: {parts[odd[0]]} is no value of its type")
+    if not is_list and odd:
+        setattr(owner, name, value)
+    for index in odd if is_list else ():
+        present[index] = value[index]
+
+
+def _is_odd(value: Any) -> bool:
+    return isinstance(value, float) and not math.isfinite(value)
 
 
 def restamp(message: Any, like: Any) -> None:

@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 from action_msgs.srv import CancelGoal
+from rclpy.serialization import deserialize_message, serialize_message
 from unique_identifier_msgs.msg import UUID
 
 from bt_mission.core.draws import Draws, maybe, one_of
@@ -114,9 +115,11 @@ def _publish(fault: FaultInstance, given: Arguments) -> None:
     publisher = node.create_publisher(type(message), name, DEPTH)
     fault.undo(lambda: node.destroy_publisher(publisher))
     wait_for_matching(tuple(clock.get_nodes()))
+    # What is received is rounded to float32, and NaN is not equal to NaN.
+    sent = repr(deserialize_message(serialize_message(message), type(message)))
 
     def tap(fault: FaultInstance, passing: Passing) -> Fates:
-        return passed(fault, passing) if passing.message == message else ()
+        return passed(fault, passing) if repr(passing.message) == sent else ()
 
     def send() -> None:
         if fault.ended_ns is None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from bt_mission.faults.fault import Fault
 from bt_mission.faults.faults import FAULTS
@@ -128,12 +129,14 @@ class PlannedFault:
         assert isinstance(values, tuple)
         return values
 
-    def _shown(self, value: Value) -> str:
+    def _shown(self, value: Any) -> str:
         match value:
             case bool():
                 return "true" if value else "false"
-            case tuple():
+            case tuple() | list():
                 return f"({', '.join(map(self._shown, value))})"
+            case float() if not math.isfinite(value):
+                return repr(value).replace("inf", ".inf").replace("nan", ".nan")
             case str():
                 is_word = WORD.fullmatch(value) and value not in self._reserved
                 return value if is_word else json.dumps(value)

@@ -12,6 +12,7 @@ import json
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.units import UNITS
@@ -27,7 +28,7 @@ MAX_LENGTH = 2_000
 """Characters of a fault."""
 
 _TOKEN = re.compile(
-    rf"""(?P<number>[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)
+    rf"""(?P<number>[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?\.inf|\.nan)
       | (?P<text>'[^']*'|"(?:[^"\\]|\\.)*")
       | (?P<word>{WORD.pattern})
       | (?P<symbol>[=(),\[\]])
@@ -175,23 +176,29 @@ class _Parser:
 
     def _value(self, reader: ArgumentReader, name: str | None) -> Given:
         token = self._take()
+        if token.kind == "symbol" and token.text in "([":
+            end = ")" if token.text == "(" else "]"
+            return Given(self._items(end, reader), token.column)
+        has_unit = reader.has_unit(name)
+        return Given(self._scalar(token, reader, has_unit=has_unit), token.column)
+
+    def _scalar(self, token: _Token, reader: ArgumentReader, *, has_unit: bool) -> Any:
         match token.kind:
             case "number":
-                return Given(
-                    self._number(token, reader, has_unit=reader.has_unit(name)), token.column
-                )
+                return self._number(token, reader, has_unit=has_unit)
             case "text":
-                return Given(_unquoted(token), token.column)
+                return _unquoted(token)
             case "word":
-                flag = {"true": True, "false": False}.get(token.text)
-                return Given(token.text if flag is None else flag, token.column)
-        if token.kind == "symbol" and token.text in "([":
-            return Given(self._numbers(")" if token.text == "(" else "]", reader), token.column)
+                return {"true": True, "false": False}.get(token.text, token.text)
         raise ExpressionError("BT-701", f"expected a value, got {token.shown}", token.column)
 
     def _number(
         self, token: _Token, reader: ArgumentReader | None, *, has_unit: bool
     ) -> int | float | WrittenQuantity:
+        if token.text == ".nan":
+            return math.nan  # always the same object, which is equal to itself in a mapping
+        if token.text.endswith(".inf"):
+            return float(token.text.replace(".", ""))
         is_whole = re.fullmatch(r"[-+]?[0-9]+", token.text) and len(token.text) < 20
         number = int(token.text) if is_whole else float(token.text)
         if not math.isfinite(number):
@@ -205,24 +212,16 @@ class _Parser:
         self._take()
         return WrittenQuantity(number, unit.text, unit.column)
 
-    def _numbers(
-        self, end: str, reader: ArgumentReader
-    ) -> tuple[int | float | WrittenQuantity, ...]:
-        numbers: list[int | float | WrittenQuantity] = []
-        while True:
-            token = self._take()
-            if token.kind != "number":
-                raise ExpressionError(
-                    "BT-701", f"expected a number, got {token.shown}", token.column
-                )
-            numbers.append(self._number(token, reader, has_unit=True))
-            token = self._take()
-            if token.text == end:
-                return tuple(numbers)
-            if token.text != ",":
+    def _items(self, end: str, reader: ArgumentReader) -> tuple[Any, ...]:
+        items: list[Any] = []
+        while not self._takes("symbol", end):
+            if items and not self._takes("symbol", ","):
+                token = self._next
                 raise ExpressionError(
                     "BT-701", f"expected ',' or '{end}', got {token.shown}", token.column
                 )
+            items.append(self._scalar(self._take(), reader, has_unit=True))
+        return tuple(items)
 
 
 def _tokens(text: str, start: int) -> list[_Token]:

@@ -147,10 +147,9 @@ class Service:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """Its state."""
+        """Its state, its delays apart."""
         callers = [self._evaluator_of(leaf).path for leaf, _ in self.calls]
-        state = (self.is_mute, self.delays) if callers else ()
-        return self.name, self.is_away, tuple(callers), state
+        return self.name, self.is_away, tuple(callers), self.is_mute and bool(callers)
 
 
 class Topic:
@@ -381,6 +380,7 @@ class AnyBehaviour(Leaf):
                 self._domains[attribute] = domain or self._cases.guessed(variable, self.name)
             cases = self._cases.of(self._domains[attribute], variable)
             cases = self._cases.considered(cases, self._answers, self.name)
+            cases = [case for case in cases if case.value == case.value]  # NaN: it raises
             options = [
                 Option(f"'{self.name}' gives {variable} = {case.value!r}", case.faults)
                 for case in cases

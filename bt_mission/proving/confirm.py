@@ -44,8 +44,6 @@ NO_RUN = {
     "interrupt": "a run that does not end after Ctrl-C is not tried",
 }
 """By property, why no run shows it."""
-_NO_NUMBER = re.compile(r"[=\[ ](nan|-?inf)\b|=\[\]")
-"""Values that no fault has: NaN, an infinite number, an empty list."""
 _PLACE = re.compile(r"^\S+:\d+:\d+: ")
 
 
@@ -155,8 +153,6 @@ def scenario_data(
     played = Played(options.environment(mission), list(finding.way))
     if played.others:
         raise BtMissionError(f"a scenario does not script: {played.others[0]}", code="BT-713")
-    if unusual := [fault for fault in played.faults if _NO_NUMBER.search(fault)]:
-        raise BtMissionError(f"a scenario does not script: {unusual[0]}", code="BT-713")
     limit_s = None if check.limit_s is None else played.end_s + check.limit_s
     parts: dict[str, Any] = {
         "scenario": f"{mission.name}: {finding.property}",

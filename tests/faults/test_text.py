@@ -104,6 +104,17 @@ def test_sectors_repeat_and_fields_have_any_name() -> None:
     assert fault.arguments == {"service": "stop", "success": False, "message": "worn out"}
 
 
+@pytest.mark.parametrize(
+    "value",
+    [(), (0.5, math.nan), (math.inf, -math.inf), ("a", "b c"), (True, False), math.nan, "nan"],
+    ids=repr,
+)
+def test_fields_take_lists_and_numbers_that_are_not_finite(value: Value) -> None:
+    """They are read as they are written."""
+    text = PlannedFault(AtTime(1.0), "publish", {"topic": "scan", "x": value}, 2).text
+    assert repr(parse_fault(text).arguments["x"]) == repr(value)
+
+
 def test_a_word_before_another_name_is_a_value() -> None:
     """The box is called `box`, as the argument is."""
     fault = parse_fault("at 1: move_box box ahead 1")
@@ -129,6 +140,10 @@ def test_a_word_before_another_name_is_a_value() -> None:
             23,
             "expected a number above 0 and at most 1 for 'share', got the number 3",
         ),
+        ("at 5: drop scan share .nan", 23, "at most 1 for 'share', got the number nan"),
+        ("at 5: spawn_box at (a, 2) size (1, 1, 1)", 20, "for 'at', got string 'a'"),
+        ("at 5: publish scan ranges=(1 2)", 30, "expected ',' or ')', got '2'"),
+        ("at 5: publish scan ranges=(1,)", 30, "expected a value, got ')'"),
         ("at 5: drop scan share x", 23, "for 'share', got string 'x'"),
         ("at 5: drop scan share 1 share 1", 25, "'share' is given twice"),
         ("at 5: drop scan lasting 2 m", 27, "'lasting' is in s (s, ms, min), got 'm'"),

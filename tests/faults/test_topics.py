@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,16 @@ def test_messages_come_twice(stage: Any) -> None:
     assert came.times[:5] == (0.0, 0.01, 0.02, 0.05, 0.06)
     came = recorded(stage, stage.faults.duplicate("odom", share=0.5))
     assert 42 < len(came) < 84
+
+
+def test_a_published_message_comes_alone(stage: Any) -> None:
+    """As its types round it; those of other publishers are lost."""
+    fields = {"percentage": 0.3, "voltage": math.nan, "cell_voltage": (0.1, math.inf)}
+    fault = stage.faults.publish("battery_state", every=1.0, **fields)
+    came = recorded(stage, fault, "battery_state")
+    assert [round(message.percentage, 6) for message in came] == [0.3, 0.3, 0.3]
+    assert all(math.isnan(message.voltage) for message in came)
+    assert [[round(cell, 6) for cell in m.cell_voltage] for m in came] == [[0.1, math.inf]] * 3
 
 
 def test_a_frozen_topic_repeats_itself(stage: Any) -> None:

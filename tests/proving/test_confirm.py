@@ -191,6 +191,24 @@ requirements:
     ]
 
 
+def test_lists_without_elements_and_rounded_numbers_are_sent(tmp_path: Path) -> None:
+    """A field of float32 rounds what a scenario writes."""
+    head = """world: empty_arena
+follow:
+  - {topic: scan, type: sensor_msgs/msg/LaserScan, field: ranges, as: ranges}
+  - {topic: /heat, type: std_msgs/msg/Float32, field: data, as: heat, initial: 0.0}
+requirements:
+  stays cool: never ($heat > 0.61 and $heat < 0.64)
+"""
+    tree = """  turn: {angle: 90}
+  cancel_when: $ranges[0] < 0.3
+  timeout: 9"""
+    found = run_all(tmp_path, tree, head, faults=0)
+    faults = [fault for entry in found for fault in scenario_of(entry)["faults"]]  # type: ignore[attr-defined]
+    assert "at 0.05: publish scan ranges=()" in faults
+    assert "at 0.05: publish heat data=0.6200000047683716" in faults
+
+
 CODE = """\
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status

@@ -51,6 +51,8 @@ LONGEST_S = 40.0
 MOST_LINES = 400
 """A longer history has no more messages."""
 RAISED = "raised by the oracle"
+NOT_A_NUMBER = "expected a number, got NaN"
+"""An output of a Python leaf is NaN: an error of the class, as an exception is."""
 ANSWERED = (ActionLeaf, PythonLeaf, ServiceLeaf, WaitFor)
 """The leaves that wait for somebody."""
 QUIET_S = 15.0
@@ -598,5 +600,5 @@ class World:
             return
         if "has no value" in executive.reason:
             self.show("unset_variable", executive.reason)
-        elif RAISED not in executive.reason:
+        elif RAISED not in executive.reason and NOT_A_NUMBER not in executive.reason:
             self.show("unhandled", executive.reason)
