@@ -79,10 +79,13 @@ def check_of(finding: Finding) -> Check:
         case name if broken is not None and name in PART_OF:
             part = PART_OF[name]
             one_goal, actions = f"one goal at the {part}", broken.about.split()
+            accepted = [f'accepted("{owner}")' for owner in dict.fromkeys(broken.nodes)]
             uncounted = [action for action in actions if moved_part(action) != part]
             return Check(
                 lambda result: one_goal in result.violated,
-                requirements={one_goal: f"never goals_at_{part} > 1"},
+                requirements={
+                    one_goal: f"never {' and '.join([f'goals_at_{part} > 1', *accepted])}"
+                },
                 limit_s=BEHIND_S,
                 why_not=f"goals_at_{part} does not count {listed(uncounted)}" if uncounted else "",
             )
