@@ -16,6 +16,7 @@ from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.nodes.fields import ProgramEntry
 from bt_mission.language.nodes.subtree import TreeNode
 from bt_mission.language.requirements.formula import Requirement
 
@@ -54,11 +55,13 @@ class NodeFactory:
         target: ``module:name``, or ``file.py:name`` for a file beside the document or below it.
         document: The file that names it.
         path: Where in the document.
+        name: Of a program, for people; empty is that of its file.
     """
 
     target: str
     document: Document = field(repr=False, compare=False)
     path: tuple[Key, ...] = field(repr=False, compare=False)
+    name: str = field(default="", compare=False)
 
     @property
     def file(self) -> str:
@@ -70,9 +73,17 @@ class NodeFactory:
         return self.document.diagnostic(code, self.path, message, hint)
 
 
-def node_factories(document: Document, targets: Sequence[str]) -> tuple[NodeFactory, ...]:
+def node_factories(
+    document: Document, entries: Sequence[str | ProgramEntry]
+) -> tuple[NodeFactory, ...]:
     """Return what stands under ``nodes`` at the head of a file."""
-    return tuple(NodeFactory(target, document, ("nodes", n)) for n, target in enumerate(targets))
+    written = [
+        entry if isinstance(entry, ProgramEntry) else ProgramEntry(entry, "") for entry in entries
+    ]
+    return tuple(
+        NodeFactory(entry.target, document, ("nodes", n), entry.name)
+        for n, entry in enumerate(written)
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

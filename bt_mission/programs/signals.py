@@ -19,7 +19,6 @@ _real_signal, _real_getsignal = signal.signal, signal.getsignal
 _real_breakpoint = sys.breakpointhook
 _real_install: Any = rclpy.install_signal_handlers
 _real_uninstall: Any = rclpy.uninstall_signal_handlers
-#DEL rclpy.install_signal_handlers, rclpy.uninstall_signal_handlers
 
 
 def _set_handler(number: int, handler: Any) -> Any:

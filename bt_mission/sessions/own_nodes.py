@@ -171,9 +171,10 @@ class OwnNodes:
             _refuse(factory, error.message, error.hint, error.code)
         if namespace:
             arguments += ["--ros-args", "-r", f"__ns:=/{namespace}"]
+        shown = factory.name or file.stem
 
         def say(time_s: float, line: str) -> None:
-            sys.stderr.write(f"{time_s:9.2f} s  {file.stem}: {escape_lines(line)}\n")
+            sys.stderr.write(f"{time_s:9.2f} s  {shown}: {escape_lines(line)}\n")
 
         def end(exit_code: int) -> None:
             say(host.time_s, f"ended with exit code {exit_code}")

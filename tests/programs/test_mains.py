@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -245,18 +246,27 @@ tree:
 """
 
 
-def test_a_mission_runs_with_a_program(tmp_path: Path) -> None:
-    """`nodes` names its file, and its arguments."""
+def test_a_mission_runs_with_a_program(tmp_path: Path, capsys: Any) -> None:
+    """`nodes` names its file, and its arguments, as text or as a mapping."""
     (tmp_path / "numbers_of.py").write_text("def add(a, b): return a + b\n", encoding="utf-8")
     (tmp_path / "server.py").write_text(SERVER, encoding="utf-8")
     path = tmp_path / "fib.yaml"
     path.write_text(MISSION.format(program="server.py several --ros-args -p a:=1"), "utf-8")
+    (tmp_path / "says.py").write_text("import rclpy\nrclpy.init()\nprint('hello')\n", "utf-8")
+    mapping = (
+        "{program: server.py, arguments: [several, --ros-args, -p, a:=1]}, "
+        "{program: says.py, name: speaker}"
+    )
+    other = MISSION.format(program="ENTRY").replace('"ENTRY"', mapping)
+    (tmp_path / "other.yaml").write_text(other, encoding="utf-8")
     reports: list[Any] = []
-    for _ in range(2):
-        with Stage(load(path), image_folder=tmp_path) as stage:
+    for file in (path, path, tmp_path / "other.yaml"):
+        with Stage(load(file), image_folder=tmp_path) as stage:
             reports += drive(stage)
-    assert [(report.status, report.virtual_s) for report in reports] == [("success", 5.05)] * 2
-    assert len({report.trace_sha256 for report in reports}) == 1
+    assert [(report.status, report.virtual_s) for report in reports] == [("success", 5.05)] * 3
+    first, second, _ = (report.trace_sha256 for report in reports)
+    assert first == second
+    assert "     0.00 s  speaker: hello\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -266,14 +276,19 @@ def test_a_mission_runs_with_a_program(tmp_path: Path) -> None:
         ("server.py", "import rospy\n", "server.py is a program for ROS 1: it imports rospy"),
         ("server.py", "def main(:\n", "server.py cannot be imported: SyntaxError"),
         ("server.py 'x", "", "the arguments cannot be read: No closing quotation"),
+        ({"program": "server.py", "argument": 1}, "", "unknown key 'argument' .*arguments"),
+        ({"program": "server"}, "", "program: expected a file such as 'server.py', got .*'server'"),
+        ({"program": "server.py", "arguments": "a"}, "", "arguments: expected a list of words"),
+        ({"program": "server.py", "name": 1}, "", "name: expected a string, got .* 1"),
     ],
 )
 def test_what_is_no_program_is_refused(
-    tmp_path: Path, program: str, code: str, message: str
+    tmp_path: Path, program: Any, code: str, message: str
 ) -> None:
     """With its place in the mission."""
     (tmp_path / "server.py").write_text(code, encoding="utf-8")
     path = tmp_path / "fib.yaml"
-    path.write_text(MISSION.format(program=program), encoding="utf-8")
+    entry = f'"{program}"' if isinstance(program, str) else json.dumps(program)
+    path.write_text(MISSION.format(program="ENTRY").replace('"ENTRY"', entry), encoding="utf-8")
     with pytest.raises(InputError, match=message):
         Stage(load(path), image_folder=tmp_path)

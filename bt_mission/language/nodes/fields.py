@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 import re
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar, cast
@@ -351,6 +352,46 @@ python_target = text_rule(
 node_factory = text_rule(
     _NODE_OR_PROGRAM, "'my_package.server:make', 'server.py:make' or a program, 'server.py'"
 )
+
+
+@dataclass(frozen=True)
+class ProgramEntry:
+    """A program in `nodes`, written as a mapping.
+
+    Attributes:
+        target: The file and its arguments, as on a command line.
+        name: For people; empty is the name of the file.
+    """
+
+    target: str
+    name: str
+
+
+def node_entry(value: Any) -> str | ProgramEntry:
+    """Return an entry of `nodes`: a factory or a program as text, or a program as a mapping."""
+    if not isinstance(value, dict):
+        return node_factory(value)
+    if unknown := sorted(map(str, value.keys() - set(_ENTRY_KEYS))):
+        hint = did_you_mean(unknown[0], _ENTRY_KEYS)
+        raise refusal(f"unknown key '{unknown[0]}' (keys: {listed(_ENTRY_KEYS)})", hint)
+    program, words = value.get("program"), value.get("arguments", [])
+    if not isinstance(program, str) or not program.endswith(".py"):
+        raise refusal(f"program: expected a file such as 'server.py', got {describe(program)}")
+    if not isinstance(words, list) or any(isinstance(word, dict | list) for word in words):
+        raise refusal(f"arguments: expected a list of words, got {describe(words)}")
+    name = value.get("name", "")
+    if not isinstance(name, str):
+        raise refusal(f"name: expected a string, got {describe(name)}")
+    return ProgramEntry(shlex.join([program, *map(_word, words)]), name)
+
+
+def _word(value: Any) -> str:
+    """Return an argument as it is written in YAML."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+_ENTRY_KEYS = ("program", "arguments", "name")
+
 factory = text_rule(_FACTORY, "'my_package.server:make' or 'server.py:make'")
 action_name = text_rule(_ROS_NAME, "the name of an action such as /turn")
 action_type = _type_rule("action", "nav2_msgs/action/Spin")
@@ -397,8 +438,30 @@ TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
 Factory = Annotated[str, PlainValidator(factory), TEXT_SCHEMA]
 """What makes something of the user's: a function or a class."""
-NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
-"""The factories of the user's nodes in a simulation."""
+NodeFactories = list[
+    Annotated[
+        str | ProgramEntry,
+        PlainValidator(node_entry),
+        WithJsonSchema(
+            {
+                "anyOf": [
+                    {"type": "string"},
+                    {
+                        "type": "object",
+                        "properties": {
+                            "program": {"type": "string"},
+                            "arguments": {"type": "array"},
+                            "name": {"type": "string"},
+                        },
+                        "required": ["program"],
+                        "additionalProperties": False,
+                    },
+                ]
+            }
+        ),
+    ]
+]
+"""The factories of the user's nodes in a simulation, and programs."""
 InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
 Place = Annotated[Any, PlainValidator(place), WithJsonSchema({"type": ["array", "object"]})]
 GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
