@@ -181,7 +181,7 @@ def faults(name: str, text: str) -> list[str]:
 def test_every_module_keeps_the_rules():
     """No module imports upwards, speaks ROS where it may not, or patches."""
     texts = {name: path.read_text(encoding="utf-8") for name, path in KNOWN.items()}
-    assert {name: found for name in KNOWN if (found := faults(name, texts[name]))} == {}
+    assert {name: broken for name in KNOWN if (broken := faults(name, texts[name]))} == {}
 
 
 def test_no_modules_import_each_other():
