@@ -57,7 +57,8 @@ COMMANDS = {
         play,
         "Runs programs that use rclpy, unchanged, with a simulated robot and the action servers of "
         "bt-mission, on the virtual clock: your server and your client, or a client alone. It "
-        "ends with the last program, or when those that remain only wait to be asked.",
+        "ends with the last program, or when those that remain only wait to be asked. Ctrl-C is "
+        "sent to all programs; a second one ends the run.",
         (
             Option(
                 "programs", "Python files, each alone or in quotes with its arguments", nargs="+"

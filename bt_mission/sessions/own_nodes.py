@@ -68,6 +68,8 @@ class OwnNodes:
     ) -> None:
         self._context, self._host = context, host
         self._is_served = False
+        self.programs: list[MainProgram] = []
+        """Whole programs, in the order of their start."""
         self._made: list[tuple[Factory, Program, Node]] = []
         wanted: list[tuple[Factory, str]] = [(factory, "") for factory in shared]
         wanted += [(factory, robot.name) for robot in robots for factory in robot.mission.nodes]
@@ -195,6 +197,7 @@ class OwnNodes:
         program = MainProgram(
             host, seed, whole.file, whole.arguments, lambda line: whole.say(host.time_s, line)
         )
+        self.programs.append(program)
         try:
             with interrupted_after(LONGEST_S), as_default(self._context):
                 host.run_main(program, lambda: whole.end(program.exit_code or 0))

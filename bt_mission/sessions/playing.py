@@ -54,6 +54,8 @@ def play(
 ) -> Played:
     """Play programs until all have ended, none will do anything more, or a time is over.
 
+    A signal is sent to all of them, as a terminal does; a second one ends the run.
+
     Args:
         programs: Their files, each with its own arguments after a space.
         arguments: For all of them.
@@ -83,9 +85,14 @@ def play(
     interrupts = InterruptSignals(2)
     with interrupts, Stage(mission, image_folder=Path("images"), options=options) as stage:
         stage.offer_all()
+        was_interrupted = False
         while None in played.exit_codes.values():
-            if interrupts.count or stage.has_idle_programs:
-                played.why = "interrupted" if interrupts.count else "idle"
+            if interrupts.count and not was_interrupted:
+                was_interrupted = True
+                stage.interrupt_programs()
+                continue
+            if interrupts.count > 1 or stage.has_idle_programs:
+                played.why = "interrupted" if was_interrupted else "idle"
                 break
             if limit_s is not None and played.time_s >= limit_s:
                 played.why = "limit"

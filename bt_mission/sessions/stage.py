@@ -328,6 +328,12 @@ class Stage(Session):
                 self._host.interrupt(program)
                 self.clock.run_until_quiet()
 
+    def interrupt_programs(self) -> None:
+        """Send SIGINT to all programs that run."""
+        for program in self._own.programs:
+            if program.exit_code is None:
+                self.interrupt_program(program)
+
     @property
     def served_goals(self) -> Sequence[ServedGoal]:
         """The goals that action servers have got since there are programs, in their order."""

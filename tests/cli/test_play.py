@@ -51,6 +51,24 @@ def test_a_program_uses_the_robot_until_its_time_is_over(cli: CommandLine, tmp_p
     assert out.endswith("listens: runs\n2 s: the time is over\n")
 
 
+def test_ctrl_c_is_sent_to_the_programs(cli: CommandLine, tmp_path: Path) -> None:
+    """Each gets KeyboardInterrupt where it waits, and ends with its own exit code."""
+    head = "import os, signal, time, rclpy\nrclpy.init()\n"
+    waits = (
+        "node = rclpy.create_node('waits')\n"
+        "try:\n    rclpy.spin(node)\nexcept KeyboardInterrupt:\n    raise SystemExit(3)\n"
+    )
+    sends = (
+        "time.sleep(1)\nos.kill(os.getpid(), signal.SIGINT)\n"
+        "try:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    print('stopped')\n"
+    )
+    for name, code in (("waits", waits), ("sends", sends)):
+        (tmp_path / f"{name}.py").write_text(head + code, encoding="utf-8")
+    out = cli(f"play {tmp_path}/waits.py {tmp_path}/sends.py", 3)
+    assert "     1.00 s  sends: stopped\n" in out
+    assert out.endswith("waits: exit code 3\nsends: exit code 0\n1 s: all programs have ended\n")
+
+
 def test_what_cannot_be_played_is_refused(cli: CommandLine, tmp_path: Path) -> None:
     """With what is wrong; a program that fails ends with its code."""
     cli(f"play {tmp_path}/none.py", 2)
