@@ -208,7 +208,7 @@ class Environment(OfferedClients):
         self._asked: tuple[Memento | None, Asked] = (None, ([], []))
         """The state that was asked last, and what may happen in it."""
         self._owing: list[tuple[ServedGoal | Service, int]] = []
-        """What owed an answer when the step began, with its delays then."""
+        """Goals and services that owed an answer when the step began, with their delays then."""
         self._visited: list[Behaviour] = []
         """The nodes that the last tick has visited."""
         self._inner_of: dict[Any, Scope] = {

@@ -26,9 +26,9 @@ from bt_mission.proving.known_steps import (
 )
 from bt_mission.proving.memento import Memento
 
-BYTES_A_STATE = 3_000
+BYTES_A_STATE = 3_600
 """Memory of a visited state with its share of known steps and kept mementos, an upper estimate:
-540 to 2,700 were measured. A state that waits takes as much as three more."""
+540 to 3,300 were measured. A state that waits takes as much as three more."""
 REPORT_EVERY = 500
 KEPT_EVERY = 8
 """Steps from one kept memento to the next; the mission takes those in between again."""

@@ -152,9 +152,12 @@ class OfferedClients:
 
     @property
     def owing(self) -> list[ServedGoal | Service]:
-        """What owes an answer that it gives before nothing more happens."""
-        served = [entry for server in self._goal_servers.values() for entry in server.goals]
-        return [entry for entry in (*served, *self._services.values()) if entry.is_owed]
+        """Goals and services that owe an answer, which comes before nothing more happens."""
+        served: list[ServedGoal | Service] = [
+            entry for server in self._goal_servers.values() for entry in server.goals
+        ]
+        served += self._services.values()
+        return [entry for entry in served if entry.is_owed]
 
 
 def full_name(name: str) -> str:

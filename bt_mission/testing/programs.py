@@ -48,7 +48,7 @@ class ProgramRun:
         self.exit_code: int | None = None
         """None while it runs."""
         self.output: list[Line] = []
-        """What it has printed."""
+        """The lines that it has printed."""
         whole = WholeProgram(program, words, self._take, self._end)
         self._program: MainProgram = run.stage.start_program(whole)
 
@@ -58,7 +58,7 @@ class ProgramRun:
 
     @property
     def text(self) -> str:
-        """What it has printed, as one text."""
+        """The lines that it has printed, as one text."""
         return "".join(f"{line.text}\n" for line in self.output)
 
     @property

@@ -301,7 +301,12 @@ def test_what_blocks_takes_virtual_time(
 
 def made_here() -> Any:
     """What this code gets that programs get another one of: objects, and times above a year."""
-    kinds = (threading.Lock(), threading.RLock(), threading.local(), queue.SimpleQueue())
+    kinds: tuple[Any, ...] = (
+        threading.Lock(),
+        threading.RLock(),
+        threading.local(),
+        queue.SimpleQueue(),
+    )
     others = (threading.Timer(1, print), threading.Thread(), rclpy.context.Context())
     clocks = (time.time(), time.time_ns() / 1e9, dt.datetime.now().timestamp())
     return [type(each) for each in (*kinds, *others)], [now > 3e7 for now in clocks]

@@ -221,8 +221,8 @@ requirements:
     tree = """  turn: {angle: 90}
   cancel_when: $ranges[0] < 0.3
   timeout: 9"""
-    found = run_all(tmp_path, tree, head, faults=0)
-    faults = [fault for entry in found for fault in scenario_of(entry)["faults"]]  # type: ignore[attr-defined]
+    findings = run_all(tmp_path, tree, head, faults=0)
+    faults = [fault for entry in findings for fault in scenario_of(entry)["faults"]]  # type: ignore[attr-defined]
     assert "at 0.05: publish scan ranges=()" in faults
     assert "at 0.05: publish heat data=0.6200000047683716" in faults
 
