@@ -84,6 +84,7 @@ def test_where_a_fork_dies_its_test_fails_and_the_others_run(session: pytest.Pyt
     result.stdout.fnmatch_lines(["*test_dies*", "its process ended with -9", "in the middle"])
 
 
+@pytest.mark.thorough
 def test_a_fork_that_ends_by_an_error_tells_it(session: pytest.Pytester) -> None:
     """With the traceback, beside the number of its end."""
     result = run(session, test_a=ENDS)

@@ -120,6 +120,7 @@ def test_the_first_line_comes_before_everything(
     assert commands_in(modules) <= {"bt_mission.cli.run", "bt_mission.cli.check"}
 
 
+@pytest.mark.thorough
 def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
     """Not what others compute paths and pictures with, nor what draws or reads XML."""
     (tmp_path / "short.yaml").write_text(MISSION)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -67,6 +68,23 @@ def test_ctrl_c_is_sent_to_the_programs(cli: CommandLine, tmp_path: Path) -> Non
     out = cli(f"play {tmp_path}/waits.py {tmp_path}/sends.py", 3)
     assert "     1.00 s  sends: stopped\n" in out
     assert out.endswith("waits: exit code 3\nsends: exit code 0\n1 s: all programs have ended\n")
+
+
+def test_no_time_passes_at_a_breakpoint(
+    cli: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The debugger reads from the terminal and writes to it; then the program goes on."""
+    program, terminal = tmp_path / "stops.py", io.StringIO()
+    program.write_text(
+        "import time, rclpy\nrclpy.init()\nstart = time.monotonic_ns()\nbreakpoint()\n"
+        "time.sleep(1)\nprint(time.monotonic_ns() - start)\n",
+        encoding="utf-8",
+    )
+    monkeypatch.setattr("sys.stdin", io.StringIO("p 6 * 7\nc\n"))
+    monkeypatch.setattr("sys.__stdout__", terminal)
+    out = cli(f"play {program}")
+    assert "(Pdb) 42\n" in terminal.getvalue()
+    assert "     1.00 s  stops: 1000000000\n" in out
 
 
 def test_what_cannot_be_played_is_refused(cli: CommandLine, tmp_path: Path) -> None:

@@ -117,6 +117,7 @@ class Stuck(Behaviour):
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("code", "number", "left"),
     sample([(LOOPS, signal.SIGINT, False), (STUCK, signal.SIGTERM, True)], 2),

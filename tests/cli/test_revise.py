@@ -19,6 +19,7 @@ def test_a_file_with_errors_is_bad_input(cli: CommandLine) -> None:
     assert "m.yaml:4:7: error: unknown node type 'wiat'" in error
 
 
+@pytest.mark.thorough
 def test_a_running_mission_is_revised_by_another_process(
     cli: CommandLine, live_graph: LiveGraph
 ) -> None:

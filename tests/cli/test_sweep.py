@@ -130,6 +130,7 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     assert "1 scenario could not run" in error
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_ctrl_c_ends_it_with_what_is_there(cli: CommandLine) -> None:
     """The same command continues."""

@@ -189,6 +189,7 @@ def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(cli: CommandLine) -
         assert "interrupted by Ctrl-C" in ended(process, 130)
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_recording_is_shown_until_ctrl_c() -> None:
     """Its page is served as that of a mission."""

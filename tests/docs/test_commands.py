@@ -113,10 +113,7 @@ RUN = [
     for page in PAGES
     if not page.startswith(tuple(ELSEWHERE)) and any("command" in step for step in planned(page))
 ]
-QUICK = [
-    "docs/tutorials/bring-your-own-server.md",
-    "docs/tutorials/first-mission.md",
-]
+QUICK = ["docs/tutorials/first-mission.md"]
 """Pages whose commands are typed in each run of the tests; the others in thorough ones."""
 
 

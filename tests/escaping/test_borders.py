@@ -34,7 +34,7 @@ BORDERS = {
     "textual.app.App": "bt_mission.core.terminal.screen",
     "html.escape": "bt_mission.core.text",
     "xml.sax.saxutils": "",
-    "sys.__stdout__": "",
+    "sys.__stdout__": "bt_mission.programs.signals",  # of pdb, in the program of a user
     "sys.__stderr__": "",
     "*.get_logger": "bt_mission.core.ros_log",
     "unicodedata.category": "bt_mission.core.text",

@@ -74,6 +74,7 @@ def test_a_goal_is_seen_to_its_end_after_ros_was_shut_down(
     assert "orphaned" not in output
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_a_goal_whose_server_does_not_answer_is_named(live_graph: LiveGraph) -> None:
     """With what is known of it, within the time that a cancel has."""

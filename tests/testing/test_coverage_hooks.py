@@ -109,6 +109,7 @@ def test_missions_that_no_test_runs_count_where_that_is_asked_for(missions):
     )
 
 
+@pytest.mark.thorough
 def test_missions_that_a_test_starts_by_itself_count(missions):
     """On a stage of its own, or on a node of its own that it spins."""
     missions.makepyfile(

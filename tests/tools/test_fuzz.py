@@ -203,6 +203,7 @@ def test_a_damaged_recording_that_says_nothing_is_a_finding(folder, monkeypatch)
     assert "taken for whole: damaged" in {result.kind for result in results if result is not None}
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 @pytest.mark.parametrize(
     ("update", "kind"),

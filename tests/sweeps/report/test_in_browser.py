@@ -45,6 +45,7 @@ def test_every_figure_is_drawn(chromium: Page, results: ResultStore, width: int,
     assert widest <= width
 
 
+@pytest.mark.thorough
 def test_letters_of_figures_follow_the_scheme(chromium: Page, results: ResultStore):
     """They can be read on the ground that the page has."""
     fills = []
@@ -82,6 +83,7 @@ def test_without_scripts_the_tables_are_there(chromium: Page, results: ResultSto
     assert page.look("document.querySelectorAll('.worst tbody tr').length") == 20
 
 
+@pytest.mark.thorough
 def test_texts_in_figures_are_letters(chromium: Page, tmp_path: Path):
     """Plotly makes no elements of them: no link, no bold letters, no markup of SVG."""
     name = f'<a href="javascript:alert(1)">x</a><b>{MARKUP}'

@@ -319,6 +319,7 @@ async def test_the_findings_of_a_proof_are_at_their_nodes(editor: Editor) -> Non
     await editor.until("document.getElementById('proof').hidden")
 
 
+@pytest.mark.thorough
 @played("play")
 async def test_a_run_of_the_text_is_shown_beside_it(editor: Editor, monkeypatch: Any) -> None:
     """Also of unsaved text; the drawing shows statuses, and a change is applied to the run."""

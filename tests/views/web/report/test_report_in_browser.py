@@ -81,6 +81,7 @@ def test_the_way_to_the_failure_leads_to_its_node(opened: Callable[..., Page], h
     assert "does not hold" in text(page, "node")
 
 
+@pytest.mark.thorough
 def test_one_moves_in_it_as_in_a_replay(opened: Callable[..., Page], hurried: Path):
     """By the slider, changes, starts of a node, and played in both directions."""
     page = opened(hurried)
