@@ -78,7 +78,9 @@ def test_a_scenario_looks_like_the_file_that_repeats_it(tmp_path: Path) -> None:
 def test_the_simplest_schedule_that_matters() -> None:
     """One fault, not five."""
     (fault,) = find(
-        fault_schedules(), lambda faults: any(planned.name == "freeze" for planned in faults)
+        fault_schedules(),
+        lambda faults: any(planned.name == "freeze" for planned in faults),
+        settings=settings(derandomize=True, database=None),  # some draws take minutes to shrink
     )
     assert repr(fault) == "<at 0.25: freeze scan lasting 0.25 may_not_happen>"
 
