@@ -23,7 +23,7 @@ ENDS = ("rejected", "succeeded", "aborted", "canceled")
 
 
 @dataclass(eq=False)
-class ServedGoal:
+class ObservedGoal:
     """A goal, as far as it got.
 
     Attributes:
@@ -99,10 +99,10 @@ class ServedGoals:
 
     def __init__(self, host: GoalHost) -> None:
         self._host = host
-        self._by_id: dict[bytes, ServedGoal] = {}
+        self._by_id: dict[bytes, ObservedGoal] = {}
 
     @property
-    def all(self) -> tuple[ServedGoal, ...]:
+    def all(self) -> tuple[ObservedGoal, ...]:
         """All goals."""
         return tuple(self._by_id.values())
 
@@ -121,7 +121,7 @@ class ServedGoals:
 
     def _request(self, server: ActionServer, request: Any) -> None:
         node = server._node
-        self._by_id[bytes(request.goal_id.uuid)] = ServedGoal(
+        self._by_id[bytes(request.goal_id.uuid)] = ObservedGoal(
             self._host.action_of(server),
             bytes(request.goal_id.uuid).hex(),
             request.goal,

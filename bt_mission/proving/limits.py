@@ -213,7 +213,7 @@ class RunningLimits:
             goal.orphaned_ns = at_ns - goal.grace_ns
 
     def is_moot(self, due: Due) -> bool:
-        """Is a limit not looked at any more, because its goal has ended since the last tick?"""
+        """Return whether the goal of a limit has ended since the last tick: nobody looks at it."""
         if isinstance(due.node, ActionLeaf):
             goal = due.owner[0].goal
             return goal is not None and goal.phase is Phase.ENDED

@@ -25,7 +25,7 @@ from bt_mission.executors.action_endpoints import duplicate_servers
 from bt_mission.language.mission import Mission
 from bt_mission.language.trees import has_python
 from bt_mission.programs import ProgramHost
-from bt_mission.programs.goals import ServedGoal
+from bt_mission.programs.goals import ObservedGoal
 from bt_mission.programs.mains import MainProgram, WholeProgram
 from bt_mission.ros.graph import ProcessNode, SharedContext, as_default
 from bt_mission.ros.observable_publisher import ObservableNode
@@ -335,7 +335,7 @@ class Stage(Session):
                 self.interrupt_program(program)
 
     @property
-    def served_goals(self) -> Sequence[ServedGoal]:
+    def served_goals(self) -> Sequence[ObservedGoal]:
         """The goals that action servers have got since there are programs, in their order."""
         return () if self._host is None else self._host.goals.all
 

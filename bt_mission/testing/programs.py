@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.language.plugins import find_program
-from bt_mission.programs.goals import ServedGoal
+from bt_mission.programs.goals import ObservedGoal
 from bt_mission.programs.mains import MainProgram, WholeProgram
 from bt_mission.testing.run import LIMIT_S, Run
 
 
-class Line(NamedTuple):
+class PrintedLine(NamedTuple):
     """A line that a program has printed.
 
     Attributes:
@@ -47,7 +47,7 @@ class ProgramRun:
         self.run = run
         self.exit_code: int | None = None
         """None while it runs."""
-        self.output: list[Line] = []
+        self.output: list[PrintedLine] = []
         """The lines that it has printed."""
         whole = WholeProgram(program, words, self._take, self._end)
         self._program: MainProgram = run.stage.start_program(whole)
@@ -62,7 +62,7 @@ class ProgramRun:
         return "".join(f"{line.text}\n" for line in self.output)
 
     @property
-    def goals(self) -> tuple[ServedGoal, ...]:
+    def goals(self) -> tuple[ObservedGoal, ...]:
         """The goals of its clients and servers, as their servers saw them."""
         return tuple(
             goal for goal in self.run.stage.served_goals if self.name in (goal.client, goal.server)
@@ -91,7 +91,7 @@ class ProgramRun:
         return self.exit_code
 
     def _take(self, time_s: float, text: str) -> None:
-        self.output.append(Line(time_s, text))
+        self.output.append(PrintedLine(time_s, text))
 
     def _end(self, exit_code: int) -> None:
         self.exit_code = exit_code
