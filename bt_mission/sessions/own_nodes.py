@@ -197,6 +197,8 @@ class OwnNodes:
         program = MainProgram(
             host, seed, whole.file, whole.arguments, lambda line: whole.say(host.time_s, line)
         )
+        if copies := sum(other.file.stem == program.name for other in self.programs):
+            program.name = f"{program.name}_{copies + 1}"  # goals are told apart by it
         self.programs.append(program)
         try:
             with interrupted_after(LONGEST_S), as_default(self._context):

@@ -43,7 +43,6 @@ class ProgramRun:
         path = Path(file).resolve()
         target = shlex.join([path.name, *map(str, arguments)])
         program, words = find_program(target, str(path.parent / "test"))
-        self.name = path.stem
         self.run = run
         self.exit_code: int | None = None
         """None while it runs."""
@@ -51,6 +50,8 @@ class ProgramRun:
         """The lines that it has printed."""
         whole = WholeProgram(program, words, self._take, self._end)
         self._program: MainProgram = run.stage.start_program(whole)
+        self.name = self._program.name
+        """That of the file; a second copy is `NAME_2`."""
 
     def __repr__(self) -> str:
         state = "runs" if self.exit_code is None else f"exit code {self.exit_code}"

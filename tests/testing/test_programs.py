@@ -49,6 +49,17 @@ def test_a_server_and_a_client_are_tested(
     assert stage.runs[0].check("always clearance > 0.1")
 
 
+def test_copies_of_a_program_have_their_own_goals(stage: Stages) -> None:
+    """The second one has another name."""
+    stage.program(CODE / "sleepy_server.py", arguments=["--threads"])
+    clients = [stage.program(CODE / "impatient_client.py") for _ in range(2)]
+    assert [client.until_done(within=30) for client in clients] == [0, 0]
+    assert [[goal.client for goal in client.goals] for client in clients] == [
+        ["impatient_client"],
+        ["impatient_client_2"],
+    ]
+
+
 def test_a_program_serves_a_mission(stage: Stages) -> None:
     """It starts beside the run, before its first step."""
     run = stage.run(MISSION)
