@@ -358,13 +358,13 @@ class ClockWatch:
             if self._is_main:
                 signal.pthread_kill(self._thread, _KICK)
             else:  # it is not woken, but leaves a loop
-                kind = ctypes.py_object(Interrupted)
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), kind)
+                _raise_in(self._thread, ctypes.py_object(Interrupted))
 
     def _leave(self, holder: Holder) -> None:
         """End the process without the thread that does not return, or give that thread up."""
         self._is_over = True
         if (give_up := _given_up.get(self._thread)) is not None:
+            _take_back(self._thread)
             give_up(holder)
             return
         _say[-1](f"{holder} does not return: leaving without it")
@@ -379,6 +379,23 @@ class ClockWatch:
                 call()
             except BaseException as error:  # noqa: BLE001 - the others are called as well
                 _say[-1](described(error))
+
+
+def _raise_in(thread: int, kind: ctypes.py_object[type[BaseException]] | None) -> None:
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), kind)
+
+
+def _take_back(thread: int) -> None:
+    """Take an exception back that a thread has not raised, since it is blocked.
+
+    While one waits to be raised, CPython 3.11 does not get past the first instruction of a
+    function that is traced, in any thread. Only a thread that raises its own ends that.
+    """
+    _raise_in(thread, None)
+    with suppress(Interrupted):
+        _raise_in(threading.get_ident(), ctypes.py_object(Interrupted))
+        while True:
+            pass
 
 
 def _passed(before_s: float, now_s: float) -> tuple[float, float]:

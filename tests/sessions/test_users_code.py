@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading  # noqa: TID251 - a worker's task is in another thread
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -209,6 +210,17 @@ def test_a_worker_reports_code_that_does_not_return(
         task.join()
     (row,) = rows
     assert (row.outcome, row.reason) == ("error", "Server.execute (server.py:22) does not return")
+    assert traced(lambda: 42) == 42  # for ever, while that thread has an exception to raise
+
+
+def traced(function: Callable[[], int]) -> int:
+    """Return what a function returns under a trace, as of debuggers and coverage."""
+    before = sys.gettrace()
+    sys.settrace(lambda *_: None)
+    try:
+        return function()
+    finally:
+        sys.settrace(before)
 
 
 def test_a_watch_ends_with_the_thread_it_looks_at() -> None:

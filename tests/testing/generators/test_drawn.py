@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import Phase, find, given, settings
+from hypothesis import find, given, settings
 
 from bt_mission.core.draws import SeededDraws
 from bt_mission.faults import FAULTS
@@ -80,8 +80,6 @@ def test_the_simplest_schedule_that_matters() -> None:
     (fault,) = find(
         fault_schedules(),
         lambda faults: any(planned.name == "freeze" for planned in faults),
-        # No phase that traces: CPython 3.11 hangs in a trace where a greenlet was left in a thread.
-        settings=settings(phases=(Phase.generate, Phase.shrink), database=None),
     )
     assert repr(fault) == "<at 0.25: freeze scan lasting 0.25 may_not_happen>"
 
