@@ -14,11 +14,12 @@ import os
 import resource
 import select
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from operator import attrgetter
 from typing import Any
-from weakref import finalize
+from weakref import WeakKeyDictionary, finalize, ref
 
 from rclpy.action import ActionClient, ActionServer
 from rclpy.client import Client
@@ -109,7 +110,7 @@ class Arrivals:
                 arrived = known.get(id(entity)) or Arrived(entity, getattr(entity, "handle", None))
                 self._unwatched.append(arrived)
             else:
-                arrived = self._by_file[link_.file]
+                arrived = link_.arrived
             arrived.rank = rank
         known_ids = set(map(id, self._by_file.values()))
         self._waiting = [waiting for waiting in self._waiting if id(waiting) in known_ids]
@@ -133,7 +134,7 @@ class Arrivals:
     def count_of(self, entity: Any) -> int:
         """Return how much has arrived for an entity and was not taken, after the last look."""
         link = self._links.get(id(entity))
-        return 0 if link is None else self._by_file[link.file].count
+        return 0 if link is None else link.arrived.count
 
     def leftovers(self) -> list[Any]:
         """Of what there may be more than has been taken, after the last look."""
@@ -162,42 +163,68 @@ class Arrivals:
         file = _new_counter()
         if file is None:
             return None
-        link = _Link(_handle_of(entity), setters, file)
+        link = _Link(Arrived(entity, _handle_of(entity), file=file), setters, file)
         if not link.made:
             return None
-        self._epoll.register(link.file, select.EPOLLIN)
+        self._epoll.register(file, select.EPOLLIN)
         self._links[id(entity)] = link
-        self._by_file[link.file] = Arrived(entity, link.handle, file=link.file)
+        self._by_file[file] = link.arrived
+        if link.arrived.count:
+            self._waiting.append(link.arrived)
         return link
 
 
 class _Link:
-    """A counter to which the middleware adds, for one entity."""
+    """A counter to which the middleware adds, for one entity.
 
-    def __init__(self, handle: Any, setters: Sequence[Any], file: int) -> None:
-        self.file = file
-        self.handle = handle
-        self._setters = setters
-        self.made = self._set(_function(), self.file)
+    The middleware tells only the latest counter of an entity, and nothing twice. So a link takes
+    over what its predecessor, perhaps of another executor, has counted and not taken.
+    """
+
+    def __init__(self, arrived: Arrived, setters: Sequence[Any], file: int) -> None:
+        self.arrived, self.file, self._setters = arrived, file, setters
+        self.made = self._set(_function(), file)
         if not self.made:
             self._set(None, 0)
-            os.close(self.file)
+            os.close(file)
+            return
+        former = _latest.get(arrived.entity, 0)
+        if not isinstance(former, int):
+            link = former()
+            former = 0 if link is None else link.left()
+        arrived.count = former
+        _latest[arrived.entity] = ref(self)
 
     def _set(self, function: Any, file: int) -> bool:
+        handle = self.arrived.handle
         try:
-            with self.handle:
-                pointer = self.handle.pointer
+            with handle:
+                pointer = handle.pointer
                 # All are cut, so that no entity keeps a closed file.
                 refused = [setter(pointer, function, file) for setter in self._setters]
                 return not any(refused)
         except InvalidHandle:
             return False  # destroyed, and with it what calls the function
 
+    def left(self) -> int:
+        """Return what has arrived and was not taken, and forget it."""
+        count, self.arrived.count = max(self.arrived.count, 0), 0
+        with suppress(BlockingIOError):
+            count += os.eventfd_read(self.file)
+        return count
+
     def cut(self, epoll: select.epoll) -> None:
         """Stop the additions. Only after that the number of the file may be used again."""
-        self._set(None, 0)
+        latest = _latest.get(self.arrived.entity)
+        if isinstance(latest, ref) and latest() is self:
+            self._set(None, 0)
+            _latest[self.arrived.entity] = self.left()
         epoll.unregister(self.file)
         os.close(self.file)
+
+
+_latest: WeakKeyDictionary[Any, ref[_Link] | int] = WeakKeyDictionary()
+"""The latest link of each entity; once it is cut, what it had counted and not taken."""
 
 
 def _new_counter() -> int | None:

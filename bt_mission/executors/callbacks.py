@@ -23,6 +23,7 @@ from rclpy.timer import Timer
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executors.arrivals import Arrived
+from bt_mission.executors.expiry import forget_expired
 from bt_mission.executors.taps import ACTION_PARTS, Passing, PendingCallback, Side, Taps
 
 
@@ -198,11 +199,10 @@ def _take_parts(arrived: Arrived) -> Any:
         waitable._ready_to_take_data = True
         arrived.count = 0  # it reports all events at once
         return waitable.take_data()
-    waitable._is_goal_request_ready = True
-    waitable._is_cancel_request_ready = waitable._is_result_request_ready = True
-    # Old results are dropped with the next request: they would wake a wait set alone, for a whole
-    # instant during which virtual time would not move.
-    waitable._is_goal_expired = bool(waitable._goal_handles)
+    forget_expired(waitable)
+    waitable._is_goal_request_ready = waitable._is_cancel_request_ready = True
+    waitable._is_result_request_ready = True
+    waitable._is_goal_expired = False
     data = waitable.take_data()
     arrived.count -= max(len(data.keys() & ACTION_PARTS.keys()) - 1, 0)
     return data

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 from weakref import finalize
 
+from rclpy.action import ActionServer
 from rclpy.clock_type import ClockType
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
@@ -27,6 +28,7 @@ from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executors.callbacks import call_timer, take_timer
 from bt_mission.executors.entities import Entities, ns_until_due
+from bt_mission.executors.expiry import forget_expired, ns_until_expiry
 from bt_mission.executors.serving import ServingExecutor
 
 ASK_S = 0.005
@@ -50,6 +52,7 @@ class LiveExecutor(ServingExecutor):
         self._end = finalize(self, _close, self._bell, self._sleep)
         self._end.atexit = False
         self._wall_timers: list[Timer] = []
+        self._servers: list[ActionServer] = []
         super().__init__(context=context)
         self._sleep.register(self._bell, select.EPOLLIN)
         self._sleep.register(self.arrivals.fileno(), select.EPOLLIN)
@@ -121,7 +124,7 @@ class LiveExecutor(ServingExecutor):
         """Resume coroutines, serve each entity and timer once. Return whether any was served."""
         has_ended = self._begun.resume()
         ready = self._serve_ready()
-        return self._serve_timers() or bool(ready) or has_ended
+        return self._serve_timers() or self._forget_results() or bool(ready) or has_ended
 
     def _serve_timers(self) -> bool:
         has_fired = False
@@ -133,11 +136,17 @@ class LiveExecutor(ServingExecutor):
                     self._begin(timer, rest)
         return has_fired
 
+    def _forget_results(self) -> bool:
+        """Drop the results of actions that have expired. Return whether there may be any."""
+        forgotten = map(forget_expired, filter(self._can_be_served, self._servers))
+        return sum(forgotten) > 0
+
     @override
     def _read(self, nodes: Sequence[Node]) -> Entities:
         entities = Entities(nodes, self._context, self.arrivals, with_events=True)
         # Setting `use_sim_time` creates or destroys a subscription: read the entities again.
-        self._wall_timers = [timer for timer in entities.timers if not _is_simulated(timer)]
+        self._wall_timers = [timer for timer in entities.timers if not _is_simulated(timer.clock)]
+        self._servers = [each for each in entities.waitables if isinstance(each, ActionServer)]
         return entities
 
     def _wait(self, most_s: float | None) -> None:
@@ -163,6 +172,10 @@ class LiveExecutor(ServingExecutor):
         wait_ns = ns_until_due(filter(self._can_be_served, self._wall_timers))
         if wait_ns is not None:
             waits.append(max(wait_ns, 0) / NS)
+        for server in filter(self._can_be_served, self._servers):
+            wait_ns = ns_until_expiry(server)
+            if wait_ns is not None and not _is_simulated(server._node.get_clock()):
+                waits.append(max(wait_ns, 0) / NS)
         return min(waits, default=None)
 
     def _ring(self) -> None:
@@ -171,9 +184,8 @@ class LiveExecutor(ServingExecutor):
             os.eventfd_write(self._bell, 1)
 
 
-def _is_simulated(timer: Timer) -> bool:
-    """Return whether a timer's clock moves only with messages, each of which ends the sleep."""
-    clock: Any = timer.clock
+def _is_simulated(clock: Any) -> bool:
+    """Return whether a clock moves only with messages, each of which ends the sleep."""
     return clock.clock_type == ClockType.ROS_TIME and bool(clock.ros_time_is_active)
 
 

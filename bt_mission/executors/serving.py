@@ -143,9 +143,9 @@ class ServingExecutor(Executor):
 
     def _take_node(self, node: Node) -> bool:
         """Serve a node, whose executor may be another one. Return whether it is new."""
-        self.wake()
         if node in self._ordered_nodes:
             return False
+        self.wake()
         self._ordered_nodes.append(node)
         self._begun.node_comes(node)
         return True

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, closing
+from typing import Any
 
 import pytest
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionClient, ActionServer
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -124,6 +127,28 @@ def test_a_future_ends_the_spin(live: Live) -> None:
     live.executor.spin_until_future_complete(Future(), timeout_sec=0.01)
     live.executor.spin_once_until_future_complete(done, timeout_sec=LONG_S)
     assert done.result() == 1
+
+
+def test_results_are_dropped_when_they_expire(live: Live) -> None:
+    """Also where nothing more is asked: their time ends the sleep."""
+
+    async def execute(handle: Any) -> Any:
+        handle.succeed()
+        return Turn.Result()
+
+    server = ActionServer(live.node("a"), Turn, "turn", loose(execute), result_timeout=0.05)
+    client = ActionClient(live.node("b"), Turn, "turn")
+    sent = client.send_goal_async(Turn.Goal())
+    live.until(sent.done)
+    result = sent.result().get_result_async()
+    live.until(result.done)
+    assert len(server._goal_handles) == 1
+    live.until(lambda: not server._goal_handles)
+    assert not server._result_futures
+    assert not live.executor.serve(0.01)
+    unknown = sent.result().get_result_async()
+    live.until(unknown.done)
+    assert (result.result().status, unknown.result().status) == (4, 0)
 
 
 def test_events_of_discovery_are_served(live: Live) -> None:

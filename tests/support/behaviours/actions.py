@@ -105,6 +105,27 @@ def a_goal_whose_server_forgets_to_say_how_it_ended(play: Play) -> None:
     _ended(play, None)
 
 
+def a_result_is_kept_for_a_time(play: Play) -> None:
+    bench = Bench(play, result_timeout=1)
+    sent = bench.send()
+    play.advance(0.2)
+    bench.end()
+
+    def ask() -> None:
+        def answered(future: Future) -> None:
+            play.say(
+                "client", f"{NAMES[future.result().status]}: {len(bench.server._goal_handles)}"
+            )
+
+        sent.result().get_result_async().add_done_callback(answered)
+        play.settle()
+
+    play.advance(0.5)
+    ask()
+    play.advance(0.5)
+    ask()
+
+
 def a_goal_that_is_rejected(play: Play) -> None:
     bench = Bench(play, goal_callback=lambda _: GoalResponse.REJECT)
     bench.send()

@@ -216,6 +216,47 @@ def a_node_that_is_given_to_another_executor(play: Play) -> None:
     other.shutdown()
 
 
+def what_waits_for_a_node_is_served_by_its_next_executor(play: Play) -> None:
+    node, other = play.node("a"), play.node("b")
+    second = type(play.executor)(context=play.context)
+    last: Future = Future()
+
+    def hear(message: Any) -> None:
+        play.say("a", message.data)
+        second.add_node(node)
+        if message.data == 2:
+            last.set_result(None)
+
+    node.create_service(Trigger, "ask", lambda _, response: response)
+    asked = other.create_client(Trigger, "ask").call_async(Trigger.Request())
+    publish = play.pipe(node, hear)
+    publish(0, 1, 2)
+    play.settle()
+    second.spin_until_future_complete(last, timeout_sec=5)
+    second.shutdown()
+    play.settle()
+    play.say("client", asked.done())
+
+
+def a_node_that_has_an_executor_for_each_message(play: Play) -> None:
+    node = play.node("a")
+    play.executor.remove_node(node)
+    gates: list[Future] = []
+
+    def hear(message: Any) -> None:
+        play.say("a", message.data)
+        gates[-1].set_result(None)
+
+    publish = play.pipe(node, hear)
+    for number in range(4):
+        gates.append(Future())
+        executor = type(play.executor)(context=play.context)
+        executor.add_node(node)
+        publish(number)
+        executor.spin_until_future_complete(gates[-1], timeout_sec=5)
+        executor.remove_node(node)
+
+
 def a_node_that_is_taken_from_its_executor(play: Play) -> None:
     node = play.node("a")
     node.executor = None  # type: ignore[assignment]  # rclpy allows it
