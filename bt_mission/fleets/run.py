@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from bt_mission.core.clock_watch import UNATTENDED_S
 from bt_mission.fleets.loader import FleetChanges, load_fleet
 from bt_mission.fleets.plan import FleetPlan
 from bt_mission.fleets.report import FleetReport, RobotReport
@@ -37,10 +39,14 @@ def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> Flee
 
 @contextmanager
 def fleet_stage(plan: FleetPlan) -> Iterator[Stage]:
-    """Put a fleet on a stage; its pictures are deleted with the stage."""
+    """Put a fleet on a stage; its pictures are deleted with the stage.
+
+    Code of users is interrupted that does not return.
+    """
+    options = replace(plan.stage_options, hold_limit_s=UNATTENDED_S)
     with (
         TemporaryDirectory(prefix="bt_mission_") as images,
-        Stage(robots=plan.robots, image_folder=Path(images), options=plan.stage_options) as stage,
+        Stage(robots=plan.robots, image_folder=Path(images), options=options) as stage,
     ):
         stage.facts["fleet"] = plan.name
         yield stage

@@ -45,7 +45,7 @@ def run_scenario(
         scenario = load_scenario(scenario, ScenarioChanges(seed=seed))
     elif seed is not None:
         scenario = replace(scenario, mission=replace(scenario.mission, seed=seed))
-    with _on_stage(scenario) as stage, planned_on(stage, scenario.faults) as with_outcomes:
+    with on_stage(scenario) as stage, planned_on(stage, scenario.faults) as with_outcomes:
         record = None
         if with_coverage:
             record = CoverageRecord.attach(scenario.mission, stage.executive)
@@ -64,12 +64,13 @@ def look_for_names(scenario: Scenario) -> None:
         InputError: With all missing names.
         BtMissionError: Where the stage cannot be set up.
     """
-    with _on_stage(scenario) as stage, planned_on(stage, scenario.faults):
+    with on_stage(scenario) as stage, planned_on(stage, scenario.faults):
         pass
 
 
 @contextmanager
-def _on_stage(scenario: Scenario) -> Iterator[Stage]:
+def on_stage(scenario: Scenario) -> Iterator[Stage]:
+    """Put a scenario on a new stage, where code of users is interrupted that does not return."""
     options = replace(scenario.stage_options, hold_limit_s=UNATTENDED_S)
     with (
         TemporaryDirectory() as folder,

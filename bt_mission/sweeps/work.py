@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol, Self, TypeVar
 
 from bt_mission.core.clock_watch import is_main_thread, run_apart, told_by
 from bt_mission.core.diagnostics import Diagnostic, InputError
@@ -25,15 +25,17 @@ from bt_mission.faults.located import planned_on
 from bt_mission.language.trees import has_python
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import attend, run_scenario
+from bt_mission.scenarios.run import attend, on_stage, run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
-from bt_mission.sessions.stage import Stage
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle, fingerprint
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import Parameter
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
 from bt_mission.views.web.report.page import write_report
+
+
+T = TypeVar("T")
 
 
 class ScenarioRunner(Protocol):
@@ -124,7 +126,8 @@ class ScenarioWorker:
         recording = Path(self._folder.name) / f"{scenario.id}.mcap"
         page = recording.with_suffix(".html")
         try:
-            record_scenario(self.load(scenario), recording)
+            loaded = self.load(scenario)
+            _apart(loaded, partial(record_scenario, loaded, recording))
             write_report(recording, page)
             return recording.read_bytes(), page.read_bytes()
         finally:
@@ -146,7 +149,8 @@ class ScenarioWorker:
         watch = Stopwatch()
         try:
             with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere):
-                result = self._result(self.load(scenario))
+                loaded = self.load(scenario)
+                result = _apart(loaded, partial(self._run, loaded, with_coverage=True))
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
             row = row_of_error(scenario, "; ".join(fault.message for fault in error.diagnostics))
@@ -158,21 +162,24 @@ class ScenarioWorker:
             row = row_of_error(scenario, f"{type(error).__name__} at {place}: {error}")
         return replace(row, versions=fingerprint(), worker=self.name)
 
-    def _result(self, scenario: Scenario) -> ScenarioResult:
-        """Run a scenario; code of users that does not return is left behind in its own thread.
-
-        Its row says what has held the clock.
-        """
-        run = partial(self._run, scenario, with_coverage=True)
-        has_code = scenario.mission.nodes or scenario.simulator or has_python(scenario.mission)
-        with told_by(lambda _: None):
-            return run_apart(run) if has_code and not is_main_thread() else run()
-
     def _for_user(self, text: str) -> str:
         """Return a message with the paths of the user instead of those of the worker's folder."""
         written = "" if self._bundle.folder in ("", ".") else f"{self._bundle.folder}/"
         mine = f"{self._folder.name}/"
         return text.replace(f"{mine}{MISSION_FOLDER}/", written).replace(mine, "")
+
+
+def _apart(scenario: Scenario, run: Callable[[], T]) -> T:
+    """Run a scenario; code of users that does not return is left behind in its own thread.
+
+    The result says what has held the clock, so that no line does.
+
+    Raises:
+        HeldClockError: It was left behind.
+    """
+    has_code = scenario.mission.nodes or scenario.simulator or has_python(scenario.mission)
+    with told_by(lambda _: None):
+        return run_apart(run) if has_code and not is_main_thread() else run()
 
 
 def record_scenario(scenario: Scenario, path: Path) -> Report:
@@ -183,12 +190,7 @@ def record_scenario(scenario: Scenario, path: Path) -> Report:
     """
     path.unlink(missing_ok=True)
     with ExitStack() as stack:
-        images = Path(stack.enter_context(TemporaryDirectory()))
-        options = scenario.stage_options
-        stack.enter_context(scenario.at_its_start())
-        stage = stack.enter_context(
-            Stage(scenario.mission, image_folder=images, say=lambda _: None, options=options)
-        )
+        stage = stack.enter_context(on_stage(scenario))
         attend(stage, scenario)
         with_outcomes = stack.enter_context(planned_on(stage, scenario.faults))
         recorder = stack.enter_context(RunRecorder(stage, path))

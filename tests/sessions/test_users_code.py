@@ -213,6 +213,20 @@ def test_a_worker_reports_code_that_does_not_return(
     assert traced(lambda: 42) == 42  # for ever, while that thread has an exception to raise
 
 
+def test_a_recording_of_code_that_does_not_return_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lines: list[str]
+) -> None:
+    """The worst runs of a sweep are recorded, and nobody watches that either."""
+    monkeypatch.setattr(scenario_run, "UNATTENDED_S", 0.3)
+    base = load_base(written(tmp_path, "execute", "while True: pass"), BaseChanges())
+    with ScenarioWorker(base.bundle) as worker:
+        recording, page = worker.record(base.concrete({}))
+    held = "Server.execute (server.py:22) did not return within 0.3 s of wall time"
+    assert held in page.decode()
+    assert recording.startswith(b"\x89MCAP")
+    assert lines == []
+
+
 def traced(function: Callable[[], int]) -> int:
     """Return what a function returns under a trace, as of debuggers and coverage."""
     before = sys.gettrace()
