@@ -34,7 +34,6 @@ from bt_mission.sweeps.ranges import Parameter
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
 from bt_mission.views.web.report.page import write_report
 
-
 T = TypeVar("T")
 
 
