@@ -80,6 +80,11 @@ class FollowedVariable:
         return max(FIRST_VALUE_S, self._settings.timeout or 0.0)
 
     @property
+    def timeout_s(self) -> float | None:
+        """The age at which its newest message is too old, s; None for no such age."""
+        return self._settings.timeout
+
+    @property
     def due_ns(self) -> int | None:
         """The instant at which its newest message is too old; None where it never is."""
         if self._received_ns is None or self._settings.timeout is None:

@@ -180,6 +180,12 @@ class Topic:
         self.value: Mapping[str, Any] | None = None
         """The followed fields of the newest message; None before the first one."""
         self.is_quiet = False
+        self.is_age_loose = False
+        """May its newest message be too old at any tick, once it sends nothing more?"""
+        self.age_s = 0.0
+        """How old its newest message is at least, s, where that is abstract."""
+        self.is_aged = Known()
+        """Holds something if its newest message may have become too old at any tick."""
         self.count = 0
         """The number of its messages."""
         self._followed: dict[str, list[str]] = Known()
@@ -219,6 +225,22 @@ class Topic:
         if options:
             for _ in range(len(waiting) + bool(self._follows)):
                 yield (NOTHING, *options)
+        if ages := self.ages_left:
+            self.is_aged[self.name] = True
+            words = [f"{self.name} is silent for {age_s:g} s" for age_s in ages]
+            acts = [partial(self._age, age_s) for age_s in ages]
+            yield (NOTHING, *(Option(text, 0, act) for text, act in zip(words, acts, strict=True)))
+
+    @property
+    def ages_left(self) -> list[float]:
+        """The ages that its newest message may still reach at any tick, s."""
+        if not (self.is_quiet and self.is_age_loose):
+            return []
+        ages = {follow.settings.timeout or 0.0 for follow in self._follows}
+        return sorted(age_s for age_s in ages if age_s > self.age_s)
+
+    def _age(self, age_s: float) -> None:
+        self.age_s = age_s
 
     def _messages(self, waiting: list[WaitFor]) -> list[Option]:
         if self.is_quiet or not (waiting or self._follows):
@@ -285,8 +307,10 @@ class Topic:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """Its state."""
-        return self.name, repr(self.value), self.is_quiet
+        """Its state. Nobody reads the value of one that sends nothing more."""
+        if self.is_quiet:
+            return self.name, self.age_s
+        return self.name, repr(self.value)
 
 
 class Speech:

@@ -17,7 +17,7 @@ from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.language.mission import Mission
 from bt_mission.proving.claims import ONE_GOAL
-from bt_mission.proving.played import Played
+from bt_mission.proving.played import played
 from bt_mission.proving.proof import Finding, ProofOptions, StageRun
 from bt_mission.proving.requirements import STATUSES
 from bt_mission.scenarios.run import run_scenario
@@ -153,18 +153,18 @@ def scenario_data(
         BtMissionError: It holds what no scenario expresses.
     """
     check = check_of(finding)
-    played = Played(options.environment(mission), list(finding.way))
-    if played.others:
-        raise BtMissionError(f"a scenario does not script: {played.others[0]}", code="BT-713")
-    limit_s = None if check.limit_s is None else played.end_s + check.limit_s
+    way = played(lambda: options.environment(mission), finding.way)
+    if way.others:
+        raise BtMissionError(f"a scenario does not script: {way.others[0]}", code="BT-713")
+    limit_s = None if check.limit_s is None else way.end_s + check.limit_s
     parts: dict[str, Any] = {
         "scenario": f"{mission.name}: {finding.property}",
         "description": _line(finding.text),
         **mission_as_data(mission, folder),
-        "faults": played.faults,
-        "servers": played.servers(ends_open_goals=not check.has_open_goals),
+        "faults": way.faults,
+        "servers": way.servers(ends_open_goals=not check.has_open_goals),
         "requirements": {**_added(finding, options), **check.requirements},
-        "limit": played.interrupt_s if limit_s is None else limit_s,
+        "limit": way.interrupt_s if limit_s is None else limit_s,
         "expect": {"outcome": "any", "orphaned_goals": "any", **check.expect},
     }
     if check.limit_s == LONGEST_S:
@@ -211,8 +211,8 @@ def _run(
     run: Callable[[Path], ScenarioResult],
 ) -> StageRun:
     """Write the files of a finding, and run them; of random draws, with several seeds."""
-    check, environment = check_of(finding), options.environment(mission)
-    played = Played(environment, list(finding.way))
+    check, way = check_of(finding), played(lambda: options.environment(mission), finding.way)
+    environment = way.environment
     has_draws = bool(environment.scope.generators)
     seeds = [{}, *({"seed": seed} for seed in range(MOST_SEEDS))] if has_draws else [{}]
     for seed in seeds:
@@ -224,7 +224,7 @@ def _run(
         if check.shows(result):
             return replace(files, is_confirmed=True)
     abstract = [*environment.abstracted, *(f"'{name}' is cut" for name in environment.cut)]
-    abstract += [*played.doubts, *filter(None, [check.why_not])]
+    abstract += [*way.doubts, *filter(None, [check.why_not])]
     if has_draws:
         abstract.append(f"it needs other random draws than those of {MOST_SEEDS} seeds")
     if abstract:

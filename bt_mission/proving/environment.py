@@ -19,7 +19,7 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
-from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
+from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
 from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.stamps import NS
@@ -55,11 +55,11 @@ from bt_mission.proving.choices import (
     OutOfFaultsError,
     Script,
 )
-from bt_mission.proving.clients import AnyBehaviour, Draws, Service, Speech
+from bt_mission.proving.clients import AnyBehaviour, Draws, Service
 from bt_mission.proving.goal_servers import Question, ServedGoal
 from bt_mission.proving.limits import Due, RunningLimits
 from bt_mission.proving.memento import Keeper, Memento
-from bt_mission.proving.offered import OfferedClients, full_name
+from bt_mission.proving.offered import OfferedClients
 from bt_mission.proving.requirements import RequirementMonitors
 from bt_mission.proving.state_key import (
     LOST,
@@ -201,6 +201,8 @@ class Environment(OfferedClients):
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
         for client in self._answering:
             client.is_untimed = is_untimed
+        for topic in self._topics.values():
+            topic.is_age_loose = rounds != 0 and not is_untimed
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self._note_tree = noter(root, self.executive.indices)
         self._present: Memento | None = None
@@ -257,17 +259,6 @@ class Environment(OfferedClients):
         """The leaves that stand for classes of the user's."""
         return tuple(self._any_behaviours)
 
-    def subscriptions_wanted(self, publisher: Speech) -> int:
-        """Return for how many subscriptions a leaf waits at most before it publishes."""
-        written = [
-            self._evaluators[node].node
-            for node in self.executive.nodes
-            if isinstance(node, PublishLeaf)
-        ]
-        return max(
-            int(node.readers) for node in written if full_name(node.ros_name) == publisher.name
-        )
-
     @property
     def abstracted(self) -> Iterator[str]:
         """The loops and deadlines that are abstract, as text."""
@@ -275,11 +266,14 @@ class Environment(OfferedClients):
             yield f"'{name}' may end after any of its {count:,} rounds"
         for node in self._loose:
             yield f"'{node.name}' may be over at any tick"
+        for topic in self._topics.values():
+            if topic.is_aged:
+                yield f"the last message of {topic.name} may be too old at any tick"
 
     @property
     def has_loose_deadlines(self) -> bool:
         """Is a deadline abstract, so that some explored runs may not exist?"""
-        return bool(self._loose)
+        return bool(self._loose) or any(topic.is_aged for topic in self._topics.values())
 
     @property
     def reason(self) -> str:
@@ -316,6 +310,13 @@ class Environment(OfferedClients):
         else:
             self._keeper.touch_all()
         return is_allowed
+
+    def wait(self, ticks: int) -> int:
+        """Have ticks pass between two steps as far as no limit is over; return how many."""
+        free = [(due.at_ns - self.now_ns - 1) // TICK_NS - 1 for due in self.limits]
+        waited = max(0, min([ticks, *free]))
+        self._moment.now_ns += waited * TICK_NS
+        return waited
 
     def _note_changed(self, *, is_allowed: bool) -> None:
         """Note what the step has changed; a tick may have been cut short by the bound on faults."""
@@ -385,7 +386,7 @@ class Environment(OfferedClients):
         """Yield the limits that may be over with the next tick."""
         for due in self._moment.open:
             faults = self._limits.faults_of(due)
-            if faults != NEVER:
+            if faults != NEVER and not self._limits.is_renewed(due):
                 words = due.words or "a limit is over"
                 yield due, (NOTHING, Option(words, int(faults), partial(self._end, due)))
 
@@ -484,6 +485,7 @@ class Environment(OfferedClients):
         self.ticked_ns = self._moment.now_ns = until_ns
         for topic in self._topics.values():
             topic.beat()
+        self._limits.age(until_ns)
         for server in self._goal_servers.values():
             server.beat()
         self.executive.tick()
@@ -565,6 +567,8 @@ class Environment(OfferedClients):
     def silent_leaves(self) -> list[Behaviour]:
         """The leaves that wait for a server for which no limit is set at all."""
         if self._moment.limits or self._moment.open or any(map(is_limited, self._loose)):
+            return []
+        if any(topic.ages_left for topic in self._topics.values()):
             return []
         if any(map(is_between_rounds, self.executive.nodes)):
             return []

@@ -176,7 +176,7 @@ class RunningLimits:
                 topic = self._topics[variable.topic]
                 if variable.due_ns is None or variable in known:
                     yield _FirstMessage(variable, topic.name), at_ns
-                else:
+                elif not topic.is_age_loose:
                     yield _Message(variable, topic.count), at_ns
                 known.add(variable)
 
@@ -211,6 +211,19 @@ class RunningLimits:
         else:
             goal = next(goal for goal in self._ledger.open_goals if goal.id == owner[1])
             goal.orphaned_ns = at_ns - goal.grace_ns
+
+    def age(self, now_ns: int) -> None:
+        """Have the newest messages of silent topics be as old as they are chosen to be."""
+        for variable in self._executive.followed.variables:
+            topic = self._topics[variable.topic]
+            if topic.is_age_loose and topic.is_quiet and variable.due_ns is not None:
+                is_old = (variable.timeout_s or 0.0) <= topic.age_s
+                self.move(Due("", 0, _Message(variable, 0)), now_ns if is_old else OPEN_NS)
+
+    def is_renewed(self, due: Due) -> bool:
+        """Does each message begin a limit again, so that it is never over?"""
+        owner = due.owner
+        return isinstance(owner, _Message) and not self._topics[owner.variable.topic].is_quiet
 
     def is_moot(self, due: Due) -> bool:
         """Return whether the goal of a limit has ended since the last tick: nobody looks at it."""

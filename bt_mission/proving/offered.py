@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
+from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.language.mission import Mission
 from bt_mission.proving.answers import AnswerSet
@@ -132,6 +132,17 @@ class OfferedClients:
         node = self.mission.node_at(name.partition("/")[0])
         label = f"'{node.label}'" if node is not None else name
         return Draw(label, self.choices, partial(self.cases.of_draw, node))
+
+    def subscriptions_wanted(self, publisher: Speech) -> int:
+        """Return for how many subscriptions a leaf waits at most before it publishes."""
+        written = [
+            values.node
+            for leaf, values in self._evaluators.items()
+            if isinstance(leaf, PublishLeaf)
+        ]
+        return max(
+            int(node.readers) for node in written if full_name(node.ros_name) == publisher.name
+        )
 
     def _waiting(self, topic: Topic) -> list[WaitFor]:
         return [

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +23,17 @@ _TIME = "time passes: "
 _DRAWS = " draws "
 _BY_ITSELF = ("is over", "is not done in time", "has done its rounds")
 """How the words of limits and loops end, which a run meets without a server."""
+
+
+def played(environment: Callable[[], Environment], way: Sequence[Script]) -> Played:
+    """Take a way; once more, and slower, where a message is not as old as it has to be.
+
+    Args:
+        environment: Returns the mission before its first step.
+        way: The scripts of the steps.
+    """
+    first = Played(environment(), way, {})
+    return Played(environment(), way, first.pauses) if first.pauses.total() else first
 
 
 @dataclass
@@ -51,24 +65,36 @@ class Played:
     """Takes a way, and writes down what servers answer.
 
     Attributes:
+        environment: The mission at the end of the way.
         goals: In the order in which they were sent.
         interrupt_s: When Ctrl-C comes, s since the start; None for never.
         others: The answers that no scenario scripts, as text.
         doubts: Why a run that does not show the finding decides nothing.
         end_s: The time at the end of the way, s since the start.
+        pauses: By step, the ticks that have to pass from then on, for the age of a message.
     """
 
-    def __init__(self, environment: Environment, way: list[Script]) -> None:
+    def __init__(
+        self, environment: Environment, way: Sequence[Script], pauses: Mapping[int, int]
+    ) -> None:
         self.goals: list[PlayedGoal] = []
         self.interrupt_s: float | None = None
         self._timelines = Timelines(environment)
         self.others, self.doubts = self._timelines.others, self._timelines.doubts
-        self._environment = environment
+        self.environment = environment
         self._known: dict[int, PlayedGoal] = {}
         self._before_ns = START_NS
         self._away = {server.name: Timeline() for server in environment.goal_servers}
-        for script in way:
+        self.pauses: Counter[int] = Counter()
+        began_ns: list[int] = []
+        left = 0
+        for index, script in enumerate(way):
+            left += pauses.get(index, 0)
+            left -= environment.wait(left)
+            began_ns.append(environment.now_ns)
             self._step(script)
+            ticks, since_ns = self._timelines.missing
+            self.pauses[bisect_left(began_ns, since_ns)] += ticks
         self.end_s = seconds_of(environment.now_ns - START_NS)
 
     def servers(self, *, ends_open_goals: bool) -> dict[str, Any]:
@@ -84,7 +110,7 @@ class Played:
                 written["end"] = "never"
             elif entry.is_open and entry.goal.accepted:
                 sent_ns = entry.goal.sent_ns
-                written["after"] = seconds_of(self._environment.now_ns + 2 * TICK_NS - sent_ns)
+                written["after"] = seconds_of(self.environment.now_ns + 2 * TICK_NS - sent_ns)
             if written.get("end") == "succeed":
                 del written["end"]
             servers.setdefault(entry.action.strip("/"), []).append(written)
@@ -99,7 +125,7 @@ class Played:
     # ---- the way ----------------------------------------------------------------------------
 
     def _step(self, script: Script) -> None:
-        environment = self._environment
+        environment = self.environment
         before_ns = self._before_ns = environment.now_ns
         self._timelines.begin()
         environment.step(script)
@@ -144,7 +170,7 @@ class Played:
 
     def _since(self, entry: PlayedGoal) -> float:
         """Return when an answer comes that the next tick sees, s since the goal was sent."""
-        return seconds_of(self._environment.now_ns + TICK_NS - entry.goal.sent_ns)
+        return seconds_of(self.environment.now_ns + TICK_NS - entry.goal.sent_ns)
 
     def _note_event(self, entry: PlayedGoal, event: Event) -> None:
         match event:
@@ -174,15 +200,15 @@ class Played:
 
     def _note_feedback(self, entry: PlayedGoal, feedback: Any) -> None:
         messages = entry.written.setdefault("feedback", [])
-        is_beat = self._environment.now_ns != self._before_ns
+        is_beat = self.environment.now_ns != self._before_ns
         values = {"values": changed} if (changed := _changed(feedback)) else {}
         if not is_beat:
             messages.append({"after": self._since(entry), **values})
             return
-        entry.beat_ns = self._environment.now_ns
+        entry.beat_ns = self.environment.now_ns
         last = {**messages[-1]} if messages else {}
         if "every" not in last or last.get("values", {}) != values.get("values", {}):
-            after = seconds_of(self._environment.now_ns - entry.goal.sent_ns)
+            after = seconds_of(self.environment.now_ns - entry.goal.sent_ns)
             messages.append({"after": after, "every": BEAT_S, **values})
 
     def _note_silence(self, server: GoalServer) -> None:
@@ -202,7 +228,7 @@ class Played:
 
     def _note_presence(self, server: GoalServer) -> None:
         """Note when a server goes, one tick before the tick that notices it, and comes back."""
-        timeline, now_ns = self._away[server.name], self._environment.now_ns
+        timeline, now_ns = self._away[server.name], self.environment.now_ns
         if server.is_away and timeline.last is None:
             killed = Effect("kill_server", {"action": server.name.strip("/")})
             timeline.change(max(START_NS, now_ns - TICK_NS), killed)

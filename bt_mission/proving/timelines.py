@@ -49,6 +49,22 @@ class Timeline:
         if not self._entries or self.last != effect:
             self._entries.append((at_ns, effect))
 
+    def end_before(self, at_ns: int, effect: Effect) -> int:
+        """Have the last effect begin at another time; return by how much that is too early, ns.
+
+        Args:
+            at_ns: When it begins now.
+            effect: The last one. The one before it lasts until then.
+        """
+        self._entries.pop()
+        if self.last is not None and self.last.name == "publish" and at_ns > self.last_ns + TICK_NS:
+            begin_ns, before = self._entries.pop()
+            again = {**before.arguments, "every": BEAT_S} if before is not None else {}
+            self._entries.append((begin_ns, Effect("publish", again)))
+        earliest_ns = self.last_ns + TICK_NS
+        self.change(max(at_ns, earliest_ns), effect)
+        return max(0, earliest_ns - at_ns)
+
     @property
     def faults(self) -> Iterator[str]:
         """The effects as faults."""
@@ -76,6 +92,10 @@ class Timelines:
         self._answers: list[str] = []
         """The faults of single answers of services."""
         self._beats: dict[str, int] = {}
+        self._ages: dict[str, float] = {}
+        self.missing: tuple[int, int] = (0, 0)
+        """The ticks by which the last step is too early for the age of a message, and when that
+        message came, ns."""
         self._began_ns = START_NS
         for topic in environment.topics:
             self._known[topic.name] = Timeline(_dropped(topic))
@@ -104,6 +124,7 @@ class Timelines:
 
     def begin(self) -> None:
         """Note the time before a step."""
+        self.missing = (0, 0)
         self._began_ns = self._environment.now_ns
 
     def end(self, words: list[str]) -> None:
@@ -112,6 +133,8 @@ class Timelines:
         for topic in environment.topics:
             if topic.is_quiet and self._known[topic.name].last != _dropped(topic):
                 self._silence(topic)
+            if topic.age_s > self._ages.get(topic.name, 0.0):
+                self._age(topic)
         for publisher in environment.publishers:
             self._note_presence(publisher, self._subscribed(publisher))
         for service in environment.services:
@@ -133,6 +156,16 @@ class Timelines:
             timeline.change(last_ns + TICK_NS, _dropped(topic))
         else:
             timeline.change(last_ns + TICK_NS // 2, _dropped(topic))
+
+    def _age(self, topic: Topic) -> None:
+        """Have the last message of a silent topic come so early that it is too old now."""
+        self._ages[topic.name] = topic.age_s
+        at_ns = self._environment.ticked_ns - round(topic.age_s * NS) + TICK_NS // 2
+        timeline = self._known[topic.name]
+        missing_ns = timeline.end_before(at_ns, _dropped(topic))
+        if missing_ns:
+            self.missing = -(-missing_ns // TICK_NS), timeline.last_ns - TICK_NS
+            self.doubts.append(f"{topic.name} is silent for {topic.age_s:g} s earlier than it can")
 
     def _note_presence(self, client: Speech | Service, present: Effect | None) -> None:
         """Note when a counterpart goes, a tick before the tick that notices it, and comes back."""

@@ -201,11 +201,33 @@ requirements:
         "at 0.0: drop load lasting 0.05",
         "at 0.05: publish load every 0.05 data=3.0",
     ]
-    assert silent.steps[1:] == ("/load sends nothing more", "time passes: 'wait' is over")
+    assert silent.steps[1:] == (
+        "/load sends nothing more",
+        "/load is silent for 1 s",
+        "time passes: 'wait' is over",
+    )
     assert scenario_of(silent)["faults"] == [
         "at 0.0: drop load lasting 0.05",
-        "at 0.05: publish load every 0.05 data=0.0 lasting 0.075",
-        "at 0.125: drop load",
+        "at 0.05: publish load every 0.05 data=0.0 lasting 1.025",
+        "at 1.075: drop load",
+    ]
+
+
+def test_a_message_is_as_old_as_it_has_to_be(tmp_path: Path) -> None:
+    """The time that is missing on a shortest way passes where no limit is over."""
+    head = """\
+follow:
+  - {topic: /on, type: std_msgs/msg/Bool, field: data, as: is_on, timeout: 2, initial: true}
+"""
+    tree = f"""  sequence:
+    - {TURN}
+    - wait: 1.5
+    - log: $is_on"""
+    (silent,) = run_all(tmp_path, tree, head, faults=1)
+    assert "/on is silent for 2 s" in silent.steps
+    assert scenario_of(silent)["faults"][1:] == [
+        "at 0.1: publish on every 0.05 lasting 0.075",
+        "at 0.175: drop on",
     ]
 
 

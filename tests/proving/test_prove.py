@@ -86,6 +86,34 @@ tree:
 """A message begins the limit of a topic again, which may then end at the same instant as before."""
 
 
+BATTERY = """mission: m
+follow:
+  - topic: battery_state
+    type: sensor_msgs/msg/BatteryState
+    field: percentage
+    as: charge
+    timeout: 5
+    default: 0.0
+tree:
+  sequence:
+    - guard: charge > 20
+      do:
+        sequence:
+          - {explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.5}, timeout: 30}
+          - {turn: {angle: 90}, timeout: 10}
+          - {move: {secs: 2, linear_velocity: 0.1}, timeout: 10}
+    - {turn: {angle: -90}, timeout: 10, name: back}
+"""
+
+
+def test_the_age_of_a_message_multiplies_no_states() -> None:
+    """It may be too old at any tick behind its last one, so no state holds its age."""
+    proof = prove(load(BATTERY), ProofOptions(faults=1))
+    assert proof.states == 196
+    assert proof.abstracted == ("the last message of /battery_state may be too old at any tick",)
+    assert "unhandled" in proof.proved
+
+
 @pytest.mark.parametrize("seed", sample(range(40), every=6, first=3))
 def test_known_steps_do_what_the_mission_does(seed: int) -> None:
     """The exploration that takes every step has the same states, ends and findings."""

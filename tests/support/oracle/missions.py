@@ -216,7 +216,7 @@ class _Writer:
                 break
         self._leaves.append(leaf["name"])
         children = [leaf]
-        self._fresh = tuple(set(self._types) - before)
+        self._fresh = tuple(name for name in self._types if name not in before)
         form = draw.random()
         if form < 0.4:
             children.append(self._named(self._when(max(2, size - 2))))

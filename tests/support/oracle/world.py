@@ -576,7 +576,7 @@ class World:
             return
         if executive.is_done:
             self._look_at_ending()
-        elif self.now_ns - self.changed_ns > QUIET_S * S:
+        elif self.now_ns - self.changed_ns > QUIET_S * S and not self._is_awaiting:
             self.show("ends", f"nothing changes since {(self.changed_ns - S) / S:.3f} s")
         if self._monitors is None:
             return
@@ -587,6 +587,11 @@ class World:
             elif result.verdict == "holds":
                 self.show(f"exercised {result.name}", str(result))
 
+    @property
+    def _is_awaiting(self) -> bool:
+        """May the message that a node waits for still come? It is usual, and seldom drawn."""
+        return any(isinstance(node, WaitFor) for node in self._running)
+
     def _look_at_ending(self) -> None:
         executive = self.executive
         for _ in executive.cleanups.failures:
@@ -594,6 +599,8 @@ class World:
         if self.void:
             return
         for final in self._due_cleanups:
+            if any(f"'{node.name}'" in executive.reason for node in final.cleanup.iterate()):
+                continue  # it has run, and has raised the error that ends the mission
             self.show("cleanup", f"the clean-up of '{final.name}' has not run")
         is_error = executive.root.status is Status.INVALID
         if executive.verdict is not MissionStatus.FAILURE or not is_error:
