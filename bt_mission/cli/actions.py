@@ -151,6 +151,7 @@ def watch(options: argparse.Namespace) -> int:
         name, type_name = graph_command.named("action", session, options)
         about = describe_interface(type_name)
         goals = GoalWatch(session, name, type_name)
+        print(f"watching {name}; Ctrl-C ends it", file=sys.stderr, flush=True)
         with closing(goal_view_for(sys.stdout, about, json=options.json, plain=False)) as view:
             while not session.interrupts.count:
                 session.step()

@@ -13,7 +13,7 @@ from bt_mission.cli.parser import Command, Option
 
 def report(options: argparse.Namespace) -> int:
     """Make the page, or the picture; gives the exit code."""
-    output = options.output or options.file.with_suffix(".html")
+    output = options.output or options.file.parent / f"{options.file.stem}.html"
     if not options.force:
         refuse_existing([output])
     if output.suffix == ".png":

@@ -80,9 +80,11 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
 
 def other_suffix(kind: Kind, path: Path) -> str | None:
     """Return a hint at a file of the same name with the other suffix of YAML, or None."""
+    if path.suffix not in SUFFIXES:
+        return None
     for suffix in SUFFIXES:
         other = path.with_suffix(suffix)
-        if path.suffix in SUFFIXES and suffix != path.suffix and look_for(kind, other):
+        if suffix != path.suffix and look_for(kind, other):
             return f"did you mean '{other}'?"
     return None
 

@@ -46,11 +46,20 @@ def find_class(target: str, file: str) -> type[Behaviour]:
 
 def program_of(target: str) -> list[str]:
     """Return the file and the arguments of a program that ``nodes`` names; empty for a factory."""
+    words = words_of(target)
+    return words if words and words[0].endswith(".py") else []
+
+
+def words_of(line: str) -> list[str]:
+    """Split a file and its arguments as a shell does.
+
+    Raises:
+        PythonError: A quotation has no end.
+    """
     try:
-        words = shlex.split(target)
+        return shlex.split(line)
     except ValueError as error:
         raise PythonError("BT-215", f"the arguments cannot be read: {error}") from error
-    return words if words and words[0].endswith(".py") else []
 
 
 def parts_of(target: str) -> tuple[str, str]:
@@ -64,9 +73,12 @@ def find_program(target: str, file: str) -> tuple[Path, list[str]]:
     """Return the file of a program that another file names, and its arguments.
 
     Raises:
-        PythonError: It does not exist, is no Python, or is for ROS 1.
+        PythonError: It does not exist, is no Python file, or is for ROS 1.
     """
-    where, *arguments = program_of(target)
+    program = program_of(target)
+    if not program:
+        raise PythonError("BT-215", f"expected a Python file, got {quoted(target)}")
+    where, *arguments = program
     path = _leaf_file(where, file)
     try:
         tree = ast.parse(path.read_bytes(), where)

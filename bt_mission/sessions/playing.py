@@ -11,7 +11,7 @@ from typing import Any
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.stamps import NS
-from bt_mission.language.plugins import find_program
+from bt_mission.language.plugins import find_program, words_of
 from bt_mission.programs.mains import WholeProgram
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import START_NS, Stage
@@ -65,12 +65,13 @@ def play(
     Raises:
         BtMissionError: A program cannot be used, or a callback cannot continue.
     """
-    names = [Path(shlex.split(text)[0]).stem for text in programs]
+    lines = [words_of(text) or [""] for text in programs]
+    names = [Path(words[0]).stem for words in lines]
     played = Played(dict.fromkeys(_told_apart(names)))
 
-    def whole(name: str, text: str) -> WholeProgram:
-        where = Path(shlex.split(text)[0]).resolve()
-        target = shlex.join([where.name, *shlex.split(text)[1:], *arguments])
+    def whole(name: str, words: Sequence[str]) -> WholeProgram:
+        where = Path(words[0]).resolve()
+        target = shlex.join([where.name, *words[1:], *arguments])
         file, words = find_program(target, str(where.parent / "play"))
 
         def take(time_s: float, line: str) -> None:
@@ -79,7 +80,7 @@ def play(
 
         return WholeProgram(file, words, take, lambda code: played.exit_codes.update({name: code}))
 
-    chosen = [whole(name, text) for name, text in zip(played.exit_codes, programs, strict=True)]
+    chosen = [whole(name, words) for name, words in zip(played.exit_codes, lines, strict=True)]
     mission = load(MISSION, world=world, robot=robot, seed=seed)
     options = StageOptions(programs=chosen)
     interrupts = InterruptSignals(2)

@@ -105,6 +105,7 @@ def commands() -> Iterator[tuple[str, Command]]:
 
 READ = [(words, command, option) for words, command in commands() for option in command.options]
 TAKERS = [row for row in READ if row[2].takes]
+UNATTENDED = [row for row in TAKERS if row[0] != "edit"]
 
 
 def test_every_option_that_names_a_file_says_which_kinds_it_takes() -> None:
@@ -131,24 +132,50 @@ def test_a_command_refuses_every_other_kind(
     cli: CommandLine, files: dict[str, Path], words: str, command: Command, option: Option
 ) -> None:
     """With what the file is and what takes it; a bag's folder stands for its recording."""
-    positional = [other for other in command.options if not other.flags]
     for kind, path in files.items():
         if kind in option.takes:
             continue
-        line = [words]
-        for other in positional:
-            if other.form == option.form:
-                line.append(str(path))
-            elif other.nargs not in ("?", "*"):
-                valid = VALID.get(other.attribute, "run.mcap")
-                line.append(str(files["recording"]) if "recording" in other.takes else valid)
-        line += [f"{option.name} {path}"] if option.flags else []
-        assert cli.call(" ".join(line)) == 2, (line, cli.out)
+        line = line_with(words, command, option, path, files)
+        assert cli.call(line) == 2, (line, cli.out)
         if kind == "bag folder" and "recording" in option.takes:
             assert "the bag has no MCAP file; convert it: " in cli.err
         else:
             assert cli.err.startswith(f"{path}: error: is {FORMATS[kind].noun}; expected ")
             assert cli.err.rstrip().endswith("[BT-111]")
+
+
+def line_with(
+    words: str, command: Command, option: Option, path: Path | str, files: dict[str, Path]
+) -> str:
+    """Return the line of a command with a path for one of its options, and valid other words."""
+    line = [words]
+    for other in command.options:
+        if other.flags:
+            continue
+        if other.form == option.form:
+            line.append(str(path))
+        elif other.nargs not in ("?", "*"):
+            valid = VALID.get(other.attribute, "run.mcap")
+            line.append(str(files["recording"]) if "recording" in other.takes else valid)
+    return " ".join([*line, f"{option.name} {path}"] if option.flags else line)
+
+
+@pytest.mark.parametrize(
+    ("words", "command", "option"),
+    sample(UNATTENDED, 5),
+    ids=[f"{row[0]} {row[2].name}" for row in UNATTENDED],
+)
+@pytest.mark.parametrize("path", [".", "/", ".."])
+def test_a_command_refuses_a_folder_without_a_name(
+    cli: CommandLine,
+    files: dict[str, Path],
+    words: str,
+    command: Command,
+    option: Option,
+    path: str,
+) -> None:
+    """Which has no suffix to exchange either."""
+    assert cli.call(line_with(words, command, option, path, files)) == 2, cli.out + cli.err
 
 
 @pytest.mark.parametrize(

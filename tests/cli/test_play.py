@@ -52,6 +52,23 @@ def test_a_program_uses_the_robot_until_its_time_is_over(cli: CommandLine, tmp_p
     assert out.endswith("listens: runs\n2 s: the time is over\n")
 
 
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("/", "expected a Python file, got ''"),
+        ("''", "expected a Python file, got "),
+        ("mine.yaml", "expected a Python file, got 'mine.yaml'"),
+        ("absent.py", "no such file: absent.py"),
+        ('"\\""', "the arguments cannot be read: No closing quotation"),
+    ],
+)
+def test_what_is_no_program_is_refused(cli: CommandLine, word: str, message: str) -> None:
+    """With what it is."""
+    cli(f"play {word}", 2)
+    assert cli.err.startswith(message)
+    assert cli.err.endswith("[BT-215]\n")
+
+
 def test_ctrl_c_is_sent_to_the_programs(cli: CommandLine, tmp_path: Path) -> None:
     """Each gets KeyboardInterrupt where it waits, and ends with its own exit code."""
     head = "import os, signal, time, rclpy\nrclpy.init()\n"
