@@ -133,6 +133,7 @@ class Environment(OfferedClients):
         requirements: What is evaluated behind each tick.
         is_untimed: May every limit be over at any tick? So all orders of instants are among those
             that are explored, and some that no run has.
+        are_extremes_free: Do extreme numbers cost no fault?
     """
 
     def __init__(
@@ -145,8 +146,14 @@ class Environment(OfferedClients):
         rounds: int | None = None,
         requirements: Sequence[Requirement] = (),
         is_untimed: bool = False,
+        are_extremes_free: bool = False,
     ) -> None:
-        cases = ValueCases(mission, requirements, has_bound=faults != UNBOUNDED)
+        cases = ValueCases(
+            mission,
+            requirements,
+            has_bound=faults != UNBOUNDED,
+            are_extremes_free=are_extremes_free,
+        )
         super().__init__(mission, answers or AnswerSet(), Choices(faults), cases)
         self.rounds = rounds
         self.cut: dict[str, int] = {}
@@ -530,22 +537,9 @@ class Environment(OfferedClients):
     # ---- the state --------------------------------------------------------------------------
 
     @property
-    def open_at_parts(self) -> dict[str, list[tuple[str, str]]]:
-        """The open goals at each part, as its servers see it: their actions and leaves."""
-        parts: dict[str, list[tuple[str, str]]] = {}
-        for server in self._goal_servers.values():
-            for served in server.goals:
-                for part in self._moved_parts(served.leaf) if served.is_live else ():
-                    parts.setdefault(part, []).append((server.name, served.goal.owner))
-        return parts
-
-    @property
     def moved_parts(self) -> set[str]:
         """The parts that the goals of the mission are known to move."""
         return {part for leaf in self._action_leaves for part in self._moved_parts(leaf)}
-
-    def _moved_parts(self, leaf: ActionLeaf | None) -> Iterable[str]:
-        return () if leaf is None else self._evaluators[leaf].node.known_parts or ()
 
     @property
     def unaccounted(self) -> list[tuple[str, str]]:

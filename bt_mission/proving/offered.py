@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.language.mission import Mission
@@ -143,6 +145,19 @@ class OfferedClients:
         return max(
             int(node.readers) for node in written if full_name(node.ros_name) == publisher.name
         )
+
+    @property
+    def open_at_parts(self) -> dict[str, list[tuple[str, str]]]:
+        """The open goals at each part, as its servers see it: their actions and leaves."""
+        parts: dict[str, list[tuple[str, str]]] = {}
+        for server in self._goal_servers.values():
+            for served in server.goals:
+                for part in self._moved_parts(served.leaf) if served.is_live else ():
+                    parts.setdefault(part, []).append((server.name, served.goal.owner))
+        return parts
+
+    def _moved_parts(self, leaf: ActionLeaf | None) -> Iterable[str]:
+        return () if leaf is None else self._evaluators[leaf].node.known_parts or ()
 
     def _waiting(self, topic: Topic) -> list[WaitFor]:
         return [

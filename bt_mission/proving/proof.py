@@ -67,7 +67,7 @@ class ProofOptions:
     revision: Mission | None = None
 
     def environment(
-        self, mission: Mission, faults: float | None = None, *, is_untimed: bool = False
+        self, mission: Mission, faults: float | None = None, **widened: bool
     ) -> Environment:
         """Return a mission before its first step."""
         return Environment(
@@ -77,7 +77,7 @@ class ProofOptions:
             has_interrupts=self.with_interrupts,
             rounds=self.rounds,
             requirements=self.all_requirements(mission),
-            is_untimed=is_untimed,
+            **widened,
         )
 
     def all_requirements(self, mission: Mission) -> tuple[Requirement, ...]:
@@ -343,14 +343,11 @@ def _proved(
         for name, count in environment.cut.items()
     ]
     why_not += [f"not all values are tried: {text}" for text in environment.cases.sampled]
-    why_not += [
-        f"not all values are tried: NaN, infinite or beyond 1e12 of {name}, without a fault left"
-        for name in environment.cases.without_extremes
-    ]
-    untimed = None
+    widened = None
     is_timed = bool(explored.beside or environment.delayed)
-    if is_timed and not why_not:
-        untimed = _untimed(mission, options, elapsed_s, on_progress)
+    is_narrow = is_timed or bool(environment.cases.without_extremes)
+    if is_narrow and not why_not:
+        widened = _widened(mission, options, elapsed_s, on_progress, is_untimed=is_timed)
     if never and not why_not:
         findings += _dead_nodes(
             mission, options, elapsed_s, on_progress, learns=learns, is_timed=is_timed
@@ -368,9 +365,9 @@ def _proved(
         unproved |= OF_SOME_RUN
     if why_not:
         unproved = frozenset(unbroken)
-    elif is_timed:
-        unproved |= _unproved_by(untimed, unbroken)
-        why_not += _instants(explored, environment)
+    elif is_narrow:
+        unproved |= _unproved_by(widened, unbroken)
+    why_not += _left_out(explored, environment) if explored.is_exhaustive else ()
     return Proof(
         mission=mission.name,
         exhaustive=not why_not,
@@ -392,7 +389,7 @@ def _proved(
                 findings,
                 claims,
                 explored,
-                is_proved=not why_not or _holds_untimed(untimed, entry),
+                is_proved=not why_not or _holds_widened(widened, entry),
             )
             for entry in options.all_requirements(mission)
         ),
@@ -403,8 +400,11 @@ def _proved(
     )
 
 
-def _instants(explored: Explored, environment: Environment) -> Iterator[str]:
-    """Yield which instants of answers were not taken."""
+def _left_out(explored: Explored, environment: Environment) -> Iterator[str]:
+    """Yield which numbers and which instants of answers were not taken."""
+    for name in environment.cases.without_extremes:
+        extremes = f"NaN, infinite or beyond 1e12 of {name}"
+        yield f"not all values are tried: {extremes}, without a fault left"
     if explored.beside:
         what = f"{listed(explored.beside)} {'is' if len(explored.beside) == 1 else 'are'} running"
         yield f"not all instants are taken: of answers that come while {what}"
@@ -413,17 +413,22 @@ def _instants(explored: Explored, environment: Environment) -> Iterator[str]:
         yield f"not all instants are taken: of answers of {after}"
 
 
-def _untimed(
+def _widened(
     mission: Mission,
     options: ProofOptions,
     elapsed_s: Callable[[], float],
     on_progress: Callable[[Progress], bool],
+    *,
+    is_untimed: bool,
 ) -> Claims | None:
-    """Return what is violated where every limit may be over at any tick; None if that is open.
+    """Return what is violated where extreme numbers cost no fault; None if that is open.
 
-    All orders of instants are among those. So what holds in all of them holds in all runs.
+    Args:
+        is_untimed: May every limit be over at any tick, too? All orders of instants are among
+            those. So what holds in all of them holds in all runs.
     """
-    claims, environment = Claims(), options.environment(mission, is_untimed=True)
+    claims = Claims()
+    environment = options.environment(mission, is_untimed=is_untimed, are_extremes_free=True)
     try:
         explored = explore(environment, claims, options.bounds, elapsed_s, on_progress)
     except DivergedError:
@@ -432,18 +437,18 @@ def _untimed(
     return claims if is_whole else None
 
 
-def _unproved_by(untimed: Claims | None, names: Sequence[str]) -> frozenset[str]:
-    """Return the properties that an exploration without times does not prove."""
-    if untimed is None:
+def _unproved_by(widened: Claims | None, names: Sequence[str]) -> frozenset[str]:
+    """Return the properties that an exploration of more than all runs does not prove."""
+    if widened is None:
         return frozenset(names)
-    broken = {entry.name for entry in untimed.broken.values()}
+    broken = {entry.name for entry in widened.broken.values()}
     return (frozenset(names) & broken) | (OF_SOME_RUN - {"dead_node"})
 
 
-def _holds_untimed(untimed: Claims | None, requirement: Requirement) -> bool:
-    if untimed is None:
+def _holds_widened(widened: Claims | None, requirement: Requirement) -> bool:
+    if widened is None:
         return False
-    return all(entry.requirement != requirement.name for entry in untimed.broken.values())
+    return all(entry.requirement != requirement.name for entry in widened.broken.values())
 
 
 def _verdict(

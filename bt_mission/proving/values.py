@@ -85,6 +85,7 @@ class ValueCases:
         mission: Whose expressions count, those of its named trees included.
         requirements: Their conditions on variables count, too.
         has_bound: Is the number of faults bounded? Extreme numbers are faults.
+        are_extremes_free: Do they cost none of the faults of a way?
     """
 
     def __init__(
@@ -93,13 +94,15 @@ class ValueCases:
         requirements: Iterable[Requirement] = (),
         *,
         has_bound: bool = False,
+        are_extremes_free: bool = False,
     ) -> None:
         self._uses = Uses(mission, requirements)
         self._messages, self._conditions, self._cached = Known(), Known(), Known()
         self._borders, self._busy = Known(), Known()
         self.sampled: dict[str, None] = {}
         """The values that were used and of which not all are tried, with what stopped that."""
-        self._has_bound = has_bound
+        self._has_bound = has_bound and not are_extremes_free
+        self._extreme_faults = int(not are_extremes_free)
         self.without_extremes: dict[str, None] = {}
         """The names whose extreme numbers, each a fault, give another result than all others."""
 
@@ -133,7 +136,7 @@ class ValueCases:
             name: Of what gives them.
         """
         if not answers.is_ever(EXTREME, name):
-            return [case for case in cases if not case.faults]
+            return [case for case in cases if not case.is_extreme]
         if self._has_bound and any(case.is_extreme for case in cases):
             self.without_extremes[name] = None
         return cases
@@ -189,7 +192,7 @@ class ValueCases:
             cases = self._of_field(domain, dotted, into, mine, variables)
             if dotted in followed and domain.kind in ("float", "double") and into:
                 cases = [case for case in cases if case.value == case.value]
-                cases.append(Case(math.nan, 1))
+                cases.append(Case(math.nan, self._extreme_faults, True))
             parts[dotted] = cases
         parts = {name: cases for name, cases in parts.items() if len(cases) > 1} or {}
         if not parts:
@@ -282,7 +285,7 @@ class ValueCases:
         candidates = [
             Case(value) for value in self._candidates(domain, readers, given, what, notes)
         ]
-        candidates += [Case(value, 1, True) for value in domain.unusual]
+        candidates += [Case(value, self._extreme_faults, True) for value in domain.unusual]
         cases: dict[Any, Case] = {}
         for case in candidates:
             cases.setdefault(self._effect(case.value, readers, given), case)

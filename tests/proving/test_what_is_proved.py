@@ -40,10 +40,14 @@ class Case(NamedTuple):
     why: str = ""
 
 
-def when(condition: str, before: str = GAP, head: str = "") -> Case:
+NAN = "NaN, infinite or beyond 1e12 of /battery_state"
+"""Why no mission that follows a number is explored as a whole without a fault."""
+
+
+def when(condition: str, before: str = GAP, head: str = "", why: str = "") -> Case:
     """A mission that fails where a condition holds."""
     tree = f"sequence:\n  - {before}\n  - when: {condition}\n    do: {{check: false, name: bad}}"
-    return Case(head, tree, "'bad'")
+    return Case(head, tree, "'bad'", why)
 
 
 def follow(*fields: str, more: str = "") -> str:
@@ -84,18 +88,19 @@ FAILING = {
         AWAITED.replace("OUT", "{percentage: left}"),
     ),
     "two fields of one topic": when(
-        "percentage > 50 and voltage < 10", "{wait: 1}", follow("percentage", "voltage")
+        "percentage > 50 and voltage < 10", "{wait: 1}", follow("percentage", "voltage"), NAN
     ),
     "a topic that is awaited and followed": when(
         "percentage > 95",
         AWAITED.replace("OUT", "{}"),
         follow("percentage"),
+        NAN,
     ),
     "an initial value": Case(
-        follow("percentage", more=", initial: 10"), "{check: percentage > 50}", "does not hold"
+        follow("percentage", more=", initial: 10"), "{check: percentage > 50}", "does not hold", NAN
     ),
     "a message before the first tick": Case(
-        follow("percentage", more=", initial: 80"), "{check: percentage > 50}", "does not hold"
+        follow("percentage", more=", initial: 80"), "{check: percentage > 50}", "does not hold", NAN
     ),
     "an empty list": Case(
         "",
@@ -287,14 +292,28 @@ MOST = "NaN, infinite or beyond 1e12 of /explore_forward"
 
 @pytest.mark.parametrize("angle", ["$gap", "2 * gap", "sqrt(gap * gap)"])
 def test_a_number_that_cannot_be_sent_is_tried(angle: str) -> None:
-    """It takes a fault; where none is left, nothing is proved."""
+    """It takes a fault; where none is left, what it breaks is not proved."""
     case = Case("", f"sequence: [{GAP}, {SENT.replace('$gap', angle)}]")
     proof = proof_of(case)
-    assert proof.proved == ()
+    assert "unhandled" in proof.not_violated
+    assert {"goals_accounted", "one_goal_at_the_base"} <= set(proof.proved)
     assert any(MOST in why for why in proof.why_not)
     assert any("angle: expected a finite" in why for why in proof_of(case, faults=1).failures)
     without = ProofOptions(answers=parse_answers("usual,explore_forward:extreme"))
     assert "unhandled" in prove(mission_of(case), without).proved
+
+
+@pytest.mark.parametrize(
+    ("more", "is_proved"), [("", False), (", default: 0.0", True)], ids=["none", "a default"]
+)
+def test_a_followed_field_may_be_nan(more: str, is_proved: bool) -> None:  # noqa: FBT001
+    """As batteries publish it: it is no value. This is no fault of a run that has none left."""
+    case = Case(
+        follow("percentage", more=more), f"sequence: [{{wait: 1}}, {TURN}, {{log: $percentage}}]"
+    )
+    proof = proof_of(case)
+    assert ("unset_variable" in proof.proved, "cleanup" in proof.proved) == (is_proved, True)
+    assert any(NAN in why for why in proof.why_not)
 
 
 def test_a_number_outside_a_field_is_tried() -> None:

@@ -1,4 +1,7 @@
-"""Random missions over the whole language: every kind of node, with small limits."""
+"""Random missions over the whole language: every kind of node, with small limits.
+
+Each fourth one has a form in which the moment of an answer matters (``races``).
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
+from tests.support.oracle.races import race
 
 Data = dict[str, Any]
 LEAF = "tests.support.oracle.leaf:Answering"
@@ -75,7 +79,8 @@ def random_mission(seed: int) -> tuple[Data, str, Mission]:
     """Return a random mission: as data, as text and loaded."""
     attempt = 0
     while True:
-        data = _Writer(Random(f"{seed}/{attempt}")).mission()
+        draw = Random(f"{seed}/{attempt}")
+        data = {"mission": "m"} | race(draw) if seed % 4 == 3 else _Writer(draw).mission()
         text = to_yaml(data)
         try:
             return data, text, load(text)

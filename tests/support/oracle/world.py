@@ -52,7 +52,7 @@ MOST_LINES = 400
 """A longer history has no more messages."""
 RAISED = "raised by the oracle"
 NOT_A_NUMBER = "expected a number, got NaN"
-"""An output of a Python leaf is NaN: an error of the class, as an exception is."""
+"""An output of a Python leaf is NaN: a fault of the class, as an exception is."""
 ANSWERED = (ActionLeaf, PythonLeaf, ServiceLeaf, WaitFor)
 """The leaves that wait for somebody."""
 QUIET_S = 15.0
@@ -596,6 +596,8 @@ class World:
         executive = self.executive
         for _ in executive.cleanups.failures:
             self.charge("a clean-up is not done")
+        if NOT_A_NUMBER in executive.reason:
+            self.charge("a Python leaf gives NaN")
         if self.void:
             return
         for final in self._due_cleanups:

@@ -1,0 +1,246 @@
+"""Random missions in which answers matter by their moments: late ones, and limits that meet.
+
+Values and instants are drawn; the forms are those of missions that people write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+Data = dict[str, Any]
+BATTERY = {"topic": "battery_state", "type": "sensor_msgs/msg/BatteryState"}
+STOP = {"name": "stop", "type": "std_srvs/srv/Trigger"}
+
+
+def race(draw: Random) -> Data:
+    """Return a mission, apart from its name."""
+    data: Data = draw.choice(FORMS)(draw)
+    return data
+
+
+def _goal(draw: Random, name: str, **settings: Any) -> Data:
+    """Return a goal that drives, with limits."""
+    kind = draw.choice(
+        (
+            {"turn": {"angle": 90}},
+            {"move": {"secs": 1, "linear_velocity": 0.1}},
+            {"explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5}},
+        )
+    )
+    limits = {
+        "timeout": _time(draw, 0.3, 4),
+        "server_timeout": _time(draw, 0.1, 1),
+        "acceptance_timeout": _time(draw, 0.1, 1),
+        "cancel_timeout": _time(draw, 0.1, 1),
+    }
+    return kind | limits | {"name": name} | settings
+
+
+def _time(draw: Random, low: float, high: float) -> float:
+    return round(draw.uniform(low, high) * 20) / 20
+
+
+def _wait(draw: Random, name: str, high: float = 2) -> Data:
+    return {"wait": _time(draw, 0.1, high), "name": name}
+
+
+def _halted(draw: Random) -> Data:
+    """A goal is halted before or after its acceptance; another one follows."""
+    first = _goal(draw, "a")
+    if draw.random() < 0.6:
+        first |= {"cancel_timeout": 0.1, "acceptance_timeout": 2.0}
+    either = {"parallel": [first, _wait(draw, "w", 0.5)], "succeed_when": "any"}
+    forced = {"force": "success", "do": either}
+    rest = draw.choice(([_goal(draw, "b")], [_wait(draw, "v"), _goal(draw, "b")]))
+    return {
+        "tree": {"sequence": [forced, *rest]},
+        "requirements": {
+            "r0": 'never running("b") and accepted("a")',
+            "r1": f"never open_goals > {draw.choice((0, 1, 2))}",
+            "r2": 'never failed("b")',
+        },
+    }
+
+
+def _guarded(draw: Random) -> Data:
+    """A message halts a goal; later ones matter, too."""
+    least, other = (round(draw.uniform(5, 95), 1) for _ in range(2))
+    follow: Data = {**BATTERY, "field": "percentage", "as": "charge"}
+    if draw.random() < 0.6:
+        follow["initial"] = round(draw.uniform(0, 100), 1)
+    if draw.random() < 0.5:
+        follow |= {"timeout": _time(draw, 0.5, 2), "default": round(draw.uniform(0, 100), 1)}
+    guarded = {"guard": f"charge > {least}", "do": _goal(draw, "a"), "name": "g"}
+    after = {"when": f"charge < {other}", "do": {"log": "low", "name": "low"}, "name": "h"}
+    return {
+        "follow": [follow],
+        "tree": {"sequence": [{"force": "success", "do": guarded}, _wait(draw, "w", 0.5), after]},
+        "requirements": {
+            "r0": 'never running("w") and accepted("a")',
+            "r1": 'never running("low")',
+            "r2": f"never $charge > {max(least, other)}",
+            "r3": 'never succeeded("a") and running("h")',
+        },
+    }
+
+
+def _orders(draw: Random) -> Data:
+    """Two branches whose limits and answers come in any order."""
+    first = [_goal(draw, "a"), _wait(draw, "b")]
+    second = [_wait(draw, "c"), draw.choice((_wait, _goal))(draw, "d")]
+    if draw.random() < 0.4:
+        second.append(_goal(draw, "e"))
+    last = second[-1]["name"]
+    return {
+        "tree": {
+            "parallel": [{"sequence": first, "name": "s"}, {"sequence": second, "name": "t"}],
+            "succeed_when": draw.choice(("all", "any")),
+            "name": "p",
+        },
+        "requirements": {
+            "r0": 'never running("b") and running("c")',
+            "r1": f'never running("b") and running("{last}")',
+            "r2": 'whenever running("d"): previously succeeded("a")',
+            "r3": 'not succeeded("s") until succeeded("c")',
+        },
+    }
+
+
+def _flags(draw: Random) -> Data:
+    """A variable says what came first."""
+    first = {"sequence": [_goal(draw, "a"), {"set": {"is_done": True}, "name": "f"}]}
+    waits = [_wait(draw, "w"), {"set": {"early": "$is_done"}, "name": "x"}]
+    waits += [_wait(draw, "v", 0.5), {"set": {"late": "$is_done"}, "name": "y"}]
+    start = {"set": {"is_done": False, "early": False, "late": False}, "name": "n"}
+    both = {"parallel": [first, {"sequence": waits}], "succeed_when": "any"}
+    return {
+        "tree": {"sequence": [start, {"force": "success", "do": both}, _wait(draw, "z", 0.3)]},
+        "requirements": {
+            "r0": "never $late and not $early",
+            "r1": "never $early",
+            "r2": 'never $is_done and running("z")',
+        },
+    }
+
+
+def _outcomes(draw: Random) -> Data:
+    """How a goal has ended matters later."""
+    retried = {"retry": {"attempts": 2}, "do": _goal(draw, "a"), "name": "again"}
+    first = draw.choice((_goal(draw, "a"), retried))
+    rest = [_wait(draw, "w", 0.5), _goal(draw, "b")] if draw.random() < 0.5 else [_goal(draw, "b")]
+    ways = ("aborted", "rejected", "server lost", "canceled by timeout", "unconfirmed")
+    return {
+        "tree": {"fallback": [first, {"sequence": rest, "name": "s"}]},
+        "requirements": {
+            f"r{number}": f'never outcome("a") = "{way}" and running("b")'
+            for number, way in enumerate(draw.sample(ways, 3))
+        }
+        | {
+            "r3": 'whenever running("b"): accepted("a")',
+            "r4": 'always count(starts(running("a"))) <= 1',
+            "r5": 'never failed("b")',
+        },
+    }
+
+
+def _away(draw: Random) -> Data:
+    """A server or a service that is away or mute is asked again."""
+    call = {"service": STOP, "timeout": _time(draw, 0.1, 1), "server_timeout": 0.2}
+    again = draw.choice((_goal(draw, "b"), {**call, "name": "b"}))
+    first = draw.choice((_goal(draw, "a"), {**call, "name": "a"}))
+    return {
+        "tree": {
+            "sequence": [
+                {"fallback": [first, _wait(draw, "w", 0.5)]},
+                {"fallback": [again, {"log": "no", "name": "no"}]},
+            ]
+        },
+        "requirements": {
+            "r0": 'whenever running("no"): previously failed("a")',
+            "r1": 'never running("no")',
+            "r2": 'never succeeded("b")',
+        },
+    }
+
+
+def _watched(draw: Random) -> Data:
+    """Feedback ends a goal, by a condition on a variable that a topic or a draw gives."""
+    low, high = sorted(round(draw.uniform(0, 5), 2) for _ in range(2))
+    set_far = {"set": {"far": draw.choice(("uniform(1, 5)", low, "choice(1, 2, 3, 4)"))}}
+    forward = {
+        "explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5},
+        "timeout": _time(draw, 0.3, 4),
+        "feedback_timeout": _time(draw, 0.3, 2),
+        "cancel_when": f"current_distance_travelled > $far and closest_obstacle < {high}",
+        "on_cancel": draw.choice(("success", "failure")),
+        "outputs": {"closest_obstacle": "gap"},
+        "name": "a",
+    }
+    if draw.random() < 0.5:
+        del forward["feedback_timeout"]
+    near = {"when": f"gap > {low} and gap < {high}", "do": {"log": "near", "name": "near"}}
+    far = {"when": "far > 3", "do": {"log": "far", "name": "b"}, "name": "k"}
+    return {
+        "tree": {"sequence": [set_far | {"name": "n"}, forward, near | {"name": "m"}, far]},
+        "requirements": {
+            "r0": 'never outcome("a") = "canceled by condition"',
+            "r1": 'never running("near")',
+            "r2": f"never $gap > {high}",
+            "r3": 'never running("b")',
+        },
+    }
+
+
+def _chosen(draw: Random) -> Data:
+    """One of several branches; a loop counts."""
+    count = draw.randint(3, 6)
+    branches = [{"log": str(number), "name": f"c{number}"} for number in range(count)]
+    drawn = ", ".join(str(number) for number in range(1, count + 1))
+    when = {"when": f"x == {count}", "do": {"log": "last", "name": "last"}, "name": "k"}
+    loop = {
+        "repeat": {"until": "x > 2", "count": draw.choice((2, 3, 12))},
+        "do": {"sequence": [{"choose": branches, "name": "which"}, _goal(draw, "a")]},
+        "name": "loop",
+    }
+    return {
+        "tree": {"sequence": [{"set": {"x": f"choice({drawn})"}, "name": "n"}, when, loop]},
+        "requirements": {
+            "r0": f'never running("c{count - 1}")',
+            "r1": f"never $x >= {count}",
+            "r2": f'always count(starts(running("a"))) <= {draw.choice((1, 2, 3))}',
+        },
+    }
+
+
+def _cleaned(draw: Random) -> Data:
+    """A clean-up runs while an old goal is still open."""
+    body = {"parallel": [_goal(draw, "a"), _wait(draw, "w", 1)], "succeed_when": "any"}
+    tree = {
+        "finally": {"timeout": _time(draw, 0.3, 1)},
+        "do": draw.choice((body, {"timeout": _time(draw, 0.1, 1), "do": _goal(draw, "a")})),
+        "then": draw.choice((_goal(draw, "b"), {"log": "clean", "name": "b"})),
+        "name": "f",
+    }
+    return {
+        "tree": tree,
+        "requirements": {
+            "r0": 'never running("b") and accepted("a")',
+            "r1": "never open_goals > 1",
+            "r2": 'never failed("b")',
+        },
+    }
+
+
+FORMS: tuple[Callable[[Random], Data], ...] = (
+    _halted,
+    _guarded,
+    _orders,
+    _flags,
+    _outcomes,
+    _away,
+    _watched,
+    _chosen,
+    _cleaned,
+)
