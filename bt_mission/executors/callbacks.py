@@ -177,9 +177,10 @@ def _serve_guard(arrived: Arrived, _: TapContext) -> PendingCallback:
 def _serve_waitable(arrived: Arrived, executor: TapContext) -> PendingCallback:
     """Serve an action client or server, or a waitable of somebody else's."""
     waitable = arrived.entity
-    data = _take_parts(arrived)
-    if executor.host is not None:
-        executor.host.took(waitable, data)
+    host = executor.host
+    data = _take_parts(arrived, one_by_one=host is not None and host.owns(waitable))
+    if host is not None:
+        host.took(waitable, data)
     for future in waitable._futures:
         if future._executor() is not executor:
             future._set_executor(executor)
@@ -188,13 +189,18 @@ def _serve_waitable(arrived: Arrived, executor: TapContext) -> PendingCallback:
     return waitable.execute(data)
 
 
-def _take_parts(arrived: Arrived) -> Any:
-    """Take the ready parts of a waitable; of an action, one item of each part."""
+def _take_parts(arrived: Arrived, *, one_by_one: bool) -> Any:
+    """Take the ready parts of a waitable; of an action, one item of each part.
+
+    Args:
+        one_by_one: Take one part for a client, in the order in which they come on a robot. What the
+            answer to a goal calls is then over before the first feedback.
+    """
     waitable = arrived.entity
     if arrived.file is None:
         return waitable.take_data()  # a wait set has reported what is ready
     if isinstance(waitable, ActionClient):
-        return _take_answers(waitable, arrived)
+        return (_take_answer if one_by_one else _take_answers)(waitable, arrived)
     if isinstance(waitable, EventHandler):
         waitable._ready_to_take_data = True
         arrived.count = 0  # it reports all events at once
@@ -218,6 +224,22 @@ def _take_answers(client: Any, arrived: Arrived) -> dict[str, Any]:
             break
     arrived.count -= max(len(data) - 1, 0)
     return data
+
+
+def _take_answer(client: Any, arrived: Arrived) -> dict[str, Any]:
+    """Take the first part of which there is an item."""
+    pending = {
+        "goal_response": client._pending_goal_requests,
+        "cancel_response": client._pending_cancel_requests,
+        "feedback": True,
+        "result_response": client._pending_result_requests,
+    }
+    for part, is_awaited in pending.items():
+        if is_awaited:
+            client.__dict__.update(_FLAGS[part])
+            if data := client.take_data():
+                return dict(data)
+    return _take_answers(client, arrived)
 
 
 def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any]:
@@ -262,7 +284,8 @@ def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapConte
 
 
 _READY = ("feedback", "status", "goal_response", "cancel_response", "result_response")
-_ANSWERS = tuple({f"_is_{known}_ready": known == part for known in _READY} for part in _READY)
+_FLAGS = {part: {f"_is_{known}_ready": known == part for known in _READY} for part in _READY}
+_ANSWERS = tuple(_FLAGS.values())
 """The attributes of an action client that select the part to take. Most arrivals are feedback."""
 
 _SENDERS = {

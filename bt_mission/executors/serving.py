@@ -24,6 +24,12 @@ class CallHost(Protocol):
     def admits(self, entity: Any, node: Node | None) -> bool:
         """Return whether an entity of a node can be served now."""
 
+    def has_begun_task(self) -> bool:
+        """Return once whether such code has made a task: it comes before other messages."""
+
+    def owns(self, waitable: Any) -> bool:
+        """Return whether a waitable is of code that may block."""
+
     def call(
         self, entity: Any, node: Node | None, function: Callable[..., Any], *args: Any
     ) -> PendingCallback:
@@ -198,7 +204,7 @@ class ServingExecutor(Executor):
                 rest = host.call(entity, self._entities.node_of(entity), serve, arrived, self)
             if rest is not None:
                 self._begin(entity, rest)
-            if self._structure_changed:
+            if self._structure_changed or (host is not None and host.has_begun_task()):
                 break  # the entity may be gone; the next round looks again
         return ready
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from abc import ABCMeta
 from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
@@ -79,6 +80,7 @@ class Host(Protocol):
     clock: VirtualTimeExecutor
     is_over: bool
     executors: WeakSet[Any]
+    polls: dict[Wait, Callable[[], bool]]
 
     def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
         """Suspend the call whose code runs, for a wait or a time."""
@@ -92,10 +94,13 @@ class Host(Protocol):
     def start(self, call: Call) -> None:
         """Run a call that serves no entity."""
 
+    def leave(self, call: Call, status: int) -> None:
+        """End the program of a call, whose code runs, at once."""
+
     def serve(self, node: Node, executor: Any) -> None:
         """Let an executor serve a node."""
 
-    def leave(self, node: Node, executor: Any) -> None:
+    def unserve(self, node: Node, executor: Any) -> None:
         """Let an executor serve a node no longer."""
 
     def serve_always(self, node: Node, entity: Any) -> None:
@@ -185,6 +190,8 @@ class Call(greenlet):
         self.handler: Callable[[], Any] | None = None
         """Of a signal, to be called where the code waits."""
         self.read_ns = self.reads = 0
+        self.number = -1
+        """Of the task that it is; a callback has none."""
         self._function, self._args = function, args
 
     def run(self) -> None:
@@ -205,11 +212,17 @@ class Call(greenlet):
             raise GreenletExit
         while True:
             self.wait = wait
+            events = sys.modules.get("asyncio.events")
+            loop = None if events is None else events._get_running_loop()
+            if loop is not None:
+                events._set_running_loop(None)  # there is one for each thread of the system
             try:
                 assert self.parent is not None, "a call is resumed by its host"
                 self.parent.switch()
             finally:
                 self.wait = None
+                if loop is not None:
+                    events._set_running_loop(loop)
             if self.handler is None:
                 break
             handle, self.handler = self.handler, None

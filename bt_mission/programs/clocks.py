@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import selectors
 import time
 from collections.abc import Callable
 from typing import Any
@@ -80,6 +81,7 @@ CALENDAR: dict[str, Any] = {
 
 
 _real_datetime = datetime.datetime
+_RealSelector = selectors.DefaultSelector
 
 
 class Datetime(_real_datetime, metaclass=StandIn):
@@ -104,6 +106,35 @@ class Datetime(_real_datetime, metaclass=StandIn):
     def utcnow(cls) -> Any:
         """Return the present in UTC, without a time zone."""
         return cls.now(datetime.UTC).replace(tzinfo=None)
+
+
+class Selector(_RealSelector, metaclass=StandIn):
+    """``selectors.DefaultSelector``, with which ``asyncio`` waits for times and for its threads.
+
+    Its files are real; what they get is seen when code of programs has run.
+    """
+
+    _stands_for = _RealSelector
+
+    def select(self, timeout: float | None = None) -> Any:
+        """Return which files are ready, or wait for one, or a time."""
+        call = current_call()
+        if call is None:
+            return super().select(timeout)
+        ready = super().select(0)
+        if ready:
+            return ready
+        if timeout is not None and timeout <= 0:
+            sleep_ns(call, 0)
+            return super().select(0)
+        wait = Wait("waits in an event loop", is_timed=timeout is not None)
+        host = call.program.host
+        host.polls[wait] = lambda: bool(_RealSelector.select(self, 0))
+        try:
+            host.wait(wait, None if timeout is None else round(timeout * NS))
+        finally:
+            del host.polls[wait]
+        return super().select(0)
 
 
 # ---- clocks of rclpy --------------------------------------------------------------------------

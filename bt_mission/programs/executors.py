@@ -42,21 +42,33 @@ class Spin:
     def begin(self, call: Call) -> None:
         """Note that a callback runs."""
         self.busy.append(call)
+        self.executor.blocked.append(call)
         self.left -= 1
+        if self.executor.failed:
+            self.wait.over.set_result(self.executor.failed.pop(0))
         if self.left == 0 and self.executor.hands_over:
             self.wait.over.set_result(True)
 
     def end(self, call: Call) -> None:
         """Note that a callback has ended, or awaits something."""
         self.busy.remove(call)
+        self.executor.blocked.remove(call)
         self.executor.free_life(call.life)
         if self.left == 0 and not self.busy:
             self.wait.over.set_result(True)
 
     def fail(self, error: BaseException) -> bool:
-        """Raise the exception of a callback where the program spins; False if nothing spins."""
+        """Raise the exception of a callback where the program spins; False if nothing spins.
+
+        As in rclpy, that of another thread is raised with the next callback, and ``SystemExit``
+        ends nothing there.
+        """
         if self.caller is None:
             return False
+        if self.executor.hands_over:
+            if isinstance(error, Exception):
+                self.executor.failed.append(error)
+            return True
         self.wait.over.set_result(error)
         return True
 
@@ -85,8 +97,22 @@ class ProgramExecutor(Executor):
         self._ordered: list[Node] = []
         self._spins: list[Spin] = []
         self._lives: list[Life] = []
+        self.blocked: list[Call] = []
+        """The callbacks that hold its threads, also where it spins no more."""
+        self.waiting: dict[int, Task | None] = {}
+        """The tasks that wait for a thread, by their numbers."""
+        self.failed: list[Exception] = []
+        """What callbacks in other threads have raised."""
+        self.turn: list[int] = []
+        """Those whose turn it is; the last one is the next."""
         self._host.executors.add(self)
         super().__init__(context=context)
+
+    @classmethod
+    def of(cls, program: Program) -> ProgramExecutor:
+        """Return an executor of a program, also where none of its code runs."""
+        made: ProgramExecutor = type.__call__(cls, program=program)
+        return made
 
     def __del__(self) -> None:
         """Leave the guard conditions to the context, if that was destroyed before."""
@@ -118,11 +144,6 @@ class ProgramExecutor(Executor):
                 if spin.left == 0:
                     spin.wait.over.set_result(True)
 
-    @property
-    def blocked(self) -> list[Call]:
-        """The callbacks that hold its threads."""
-        return [call for spin in self._spins for call in spin.busy]
-
     # ---- the API of rclpy ----------------------------------------------------------------
 
     @override
@@ -139,7 +160,7 @@ class ProgramExecutor(Executor):
         if node in self._ordered:
             self._ordered.remove(node)
             super().remove_node(node)
-            self._host.leave(node, self)
+            self._host.unserve(node, self)
 
     @override
     def get_nodes(self) -> list[Node]:
@@ -244,6 +265,17 @@ class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
     ) -> None:
         super().__init__(context=context, program=program)
         self.most = len(os.sched_getaffinity(0)) if num_threads is None else num_threads
+
+    def wait_for_callbacks(self) -> None:
+        """Wait until no callback runs; called by the code of the program."""
+        if not self.blocked:
+            return
+        wait = Wait("waits for callbacks in other threads")
+        self._host.polls[wait] = lambda: not self.blocked
+        try:
+            self._host.wait(wait)
+        finally:
+            del self._host.polls[wait]
 
     @override
     def free(self) -> Spin | None:

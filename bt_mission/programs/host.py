@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from dis import opmap
 from itertools import count
 from types import CoroutineType, coroutine
 from typing import Any
@@ -43,6 +44,8 @@ STEP_NS = 1_000_000
 _OWN_TOPICS = ("/parameter_events", "/clock")
 """Topics to which rclpy itself subscribes."""
 
+_RAISE = opmap["RAISE_VARARGS"]
+
 _REAL_THREADS = 1 << 48
 """Numbers of the threads of programs begin here."""
 
@@ -51,6 +54,37 @@ _REAL_THREADS = 1 << 48
 def _turn() -> Iterator[None]:
     """Wait for the next turn of coroutines."""
     yield
+
+
+async def _thread_of(executor: ProgramExecutor, number: int) -> Spin:
+    """Wait until a thread of an executor is free, and it is the turn of a task.
+
+    As in rclpy of Jazzy, of the tasks that can go on, the newest does first. Those that come
+    meanwhile wait for the others.
+
+    Args:
+        number: Of the task, in the order of their making.
+    """
+    waiting, turn = executor.waiting, executor.turn
+    waiting.setdefault(number)
+    try:
+        while True:
+            if not turn:
+                turn += sorted(waiting)
+            if turn[-1] == number and (spin := executor.free()) is not None:
+                return spin
+            for other in [other for other in turn if _is_cancelled(waiting[other])]:
+                turn.remove(other)
+                del waiting[other]
+            await _turn()
+    finally:
+        del waiting[number]
+        if number in turn:
+            turn.remove(number)
+
+
+def _is_cancelled(task: Task | None) -> bool:
+    return task is not None and task.cancelled()
 
 
 class ProgramHost:
@@ -70,15 +104,18 @@ class ProgramHost:
         """How often code of programs was resumed."""
         self.remarks = Remarks(clock)
         self.goals = ServedGoals(self)
-        self._advanced = False
+        self._advanced = self._has_begun_task = False
         self._changed = False
         self._numbers = count(_REAL_THREADS)
+        self._tasks = count()
         self._executors: dict[Node, list[ProgramExecutor]] = {}
         self._programs: dict[Node, Program] = {}
         self._always: set[int] = set()
         self._woken: dict[ProgramExecutor, Call | None] = {}
         self.calls: dict[Call, None] = {}
         """The calls that have begun and not ended, in that order."""
+        self.polls: dict[Wait, Callable[[], bool]] = {}
+        """Waits that end when a function returns true, after code of programs has run."""
         self.stuck: set[Call] = set()
         """Those that can never continue, and were named."""
         clock.host = self
@@ -102,7 +139,7 @@ class ProgramHost:
         self._programs.setdefault(node, executor.program)
         self.clock.take_node(node)
 
-    def leave(self, node: Node, executor: ProgramExecutor) -> None:
+    def unserve(self, node: Node, executor: ProgramExecutor) -> None:
         """Let an executor serve a node no longer."""
         self._executors[node].remove(executor)
 
@@ -141,6 +178,15 @@ class ProgramHost:
             self.remarks.refuse(entity, self.holders_of(entity.callback_group), by_group=True)
             return False
         return True
+
+    def has_begun_task(self) -> bool:
+        """Return once whether code of a program has made a task."""
+        has_begun, self._has_begun_task = self._has_begun_task, False
+        return has_begun
+
+    def owns(self, waitable: Any) -> bool:
+        """Return whether a waitable is of a program."""
+        return getattr(waitable, "_node", None) in self._programs
 
     def holders_of(self, group: Any) -> list[Call]:
         """Return the calls that hold a callback group."""
@@ -221,7 +267,6 @@ class ProgramHost:
             else:
                 with suppress(Exception):  # the coroutine itself raises it
                     await outcome.awaited
-            assert call.spin is not None, "a callback or a task"
             call = await self._part(call, _send, outcome.coroutine)
             outcome = call.outcome
         return outcome
@@ -237,10 +282,9 @@ class ProgramHost:
     async def _part(self, before: Call, function: Callable[..., Any], *args: Any) -> Call:
         """Call a function as soon as a thread is free, for what an earlier call has begun."""
         assert before.spin is not None, "a callback or a task"
-        executor = before.spin.executor
-        while (spin := executor.free()) is None:
-            await _turn()
+        spin = await _thread_of(before.spin.executor, before.number)
         call = self._begin(spin, before.program, before.entity, before.node, function, *args)
+        call.number = before.number
         self._advance(call)
         await self._to_its_end(call)
         return call
@@ -256,22 +300,29 @@ class ProgramHost:
         if isinstance(callback, Waker):
             callback(*args)
 
+        number = next(self._tasks)
+        self._has_begun_task = True
+
         async def run() -> Any:
             if isinstance(callback, Waker):
                 return None
-            while (spin := executor.free()) is None:
-                await _turn()
+            spin = await _thread_of(executor, number)
             owner = getattr(callback, "__self__", None)
             node = owner._node if isinstance(owner, ActionServer) else None
             start = self.clock.start_task
-            may_leave = isinstance(executor.program, MainProgram)
+            program = executor.program
+            show = program.show if isinstance(program, MainProgram) else None
             call = self._begin(
-                spin, executor.program, None, node, _serve, start, callback, args, kwargs, may_leave
+                spin, program, None, node, _serve, start, callback, args, kwargs, show
             )
+            call.number = number
             self._advance(call)
             return await self._rest(call)
 
-        return self.clock.begin_task(run)
+        task = executor.waiting[number] = self.clock.begin_task(run)
+        if isinstance(callback, Waker):
+            del executor.waiting[number]
+        return task
 
     def task_of_call(
         self, callback: Any, args: Sequence[Any], kwargs: dict[str, Any]
@@ -294,7 +345,7 @@ class ProgramHost:
 
     def run_main(self, program: MainProgram, then: Callable[[], None]) -> None:
         """Run a whole program; `then` is called at its end, when its nodes are destroyed."""
-        call = Call(program, program.life, None, None, None, program.run)
+        call = program.call = Call(program, program.life, None, None, None, program.run)
         if self._advance(call):
             self._end(program)
             then()
@@ -307,6 +358,24 @@ class ProgramHost:
 
         self.clock.begin_task(go_on)
 
+    def leave(self, call: Call, status: int) -> None:
+        """End the program of a call, whose code runs, at once: nothing of it runs any more."""
+        program = call.program
+        if not isinstance(program, MainProgram):
+            raise SystemExit(status)
+        program.exit_code = status
+        program.output.close()
+
+        def end() -> None:
+            main = program.call
+            if main is not None and main.wait is not None:
+                over = main.wait.over
+                self._kill(main)
+                over.set_result(None)
+
+        self.clock.call_at(self.clock.now_ns, end)
+        call.park(Wait("has left", is_timed=True))
+
     def interrupt(self, program: Program, number: int = signal.SIGINT) -> None:
         """Send a signal to a program: its handler runs where the main thread waits."""
         own = [call for call in self.calls if call.life is program.life and call.wait is not None]
@@ -315,7 +384,10 @@ class ProgramHost:
             return
         if program.ends_with_signal:
             for context in program.contexts:
-                context.try_shutdown()
+                context.end()
+            for executor in self.executors:
+                if executor.program is program:
+                    self._woken[executor] = None
         call = own[-1]
         assert call.wait is not None, "it waits"
         before, call.wait.over = call.wait.over, Over()
@@ -405,8 +477,11 @@ class ProgramHost:
         try:
             call.switch()
         except BaseException as failure:
-            is_own = isinstance(failure, KeyboardInterrupt) and program.was_interrupted
-            if not (is_own or isinstance(failure, Exception | SystemExit)) or call.spin is None:
+            is_own = isinstance(failure, Exception | SystemExit) or (
+                isinstance(failure, KeyboardInterrupt)
+                and (program.was_interrupted or _is_raised(failure))
+            )
+            if not is_own or call.spin is None:
                 raise
             if not call.spin.fail(failure):
                 raise
@@ -458,6 +533,10 @@ class ProgramHost:
     def take_advanced(self) -> bool:
         """Return once whether code of programs has run."""
         advanced, self._advanced = self._advanced, False
+        if advanced:
+            for wait, is_ready in tuple(self.polls.items()):
+                if is_ready():
+                    wait.over.set_result(True)
         return advanced
 
     def check(self) -> None:
@@ -506,6 +585,14 @@ class ProgramHost:
             call.program.swap_out()
             replaced.leave(former)
             self.calls.pop(call, None)
+
+
+def _is_raised(error: BaseException) -> bool:
+    """Return whether a ``raise`` has raised an exception, and not the handler of a signal."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace is not None and trace.tb_frame.f_code.co_code[trace.tb_lasti] == _RAISE
 
 
 def _awaits_answers(waitable: Any) -> bool:

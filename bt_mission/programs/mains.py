@@ -5,11 +5,12 @@ from __future__ import annotations
 import importlib.util
 import io
 import sys
-import traceback
 from collections.abc import Callable, Sequence
+from concurrent.futures.thread import _worker  # what its threads run
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from traceback import StackSummary, TracebackException
 from types import ModuleType
 from typing import Any
 
@@ -17,7 +18,8 @@ from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from typing_extensions import override
 
-from bt_mission.programs.calls import Host, Program, StandIn, current_call
+from bt_mission.core.code_owner import owner_of
+from bt_mission.programs.calls import Call, Host, Program, StandIn, current_call
 from bt_mission.programs.executors import SingleThreadedExecutor
 
 INTERRUPTED = 130
@@ -53,7 +55,9 @@ class ProgramContext(Context, metaclass=StandIn):
         if self.handle is None:
             raise RuntimeError("Context must be initialized before it can be shutdown")
         if not self._is_up:
-            raise _rclpy.RCLError("failed to shutdown: rcl_shutdown already called on the context")
+            raise _rclpy.RCLError(
+                "failed to shutdown: rcl_shutdown already called on the given context"
+            )
         self.try_shutdown()
 
     @override
@@ -61,6 +65,10 @@ class ProgramContext(Context, metaclass=StandIn):
         if self._is_up:
             self._is_up = False
             self._call_on_shutdown_callbacks()
+
+    def end(self) -> None:
+        """Shut down as the handler of a signal does: nothing is called."""
+        self._is_up = False
 
     @override
     def on_shutdown(self, callback: Callable[[], None]) -> None:
@@ -113,6 +121,11 @@ class _Lines(io.TextIOBase):
         for line in lines:
             self._say(line)
 
+    def close(self) -> None:
+        """Pass on what there is, and nothing that is written later."""
+        self.pass_on()
+        self._say = lambda _: None
+
     def end(self) -> None:
         """Pass on a last line that has no end."""
         if self._begun:
@@ -163,6 +176,8 @@ class MainProgram(Program):
         self.threads: list[Any] = []
         """Those that its end waits for."""
         self.at_exit: list[Callable[[], Any]] = []
+        self.call: Call | None = None
+        """Its main thread, once it runs."""
         self.has_ros = False
         """Whether it has called ``rclpy.init``."""
         self._folder = str(file.parent)
@@ -190,7 +205,12 @@ class MainProgram(Program):
     def serving(self) -> Any:
         executor = self.executor
         if executor is None or executor._is_shutdown or not executor.context.ok():
-            self.executor = SingleThreadedExecutor(program=self)
+            self.executor = made = SingleThreadedExecutor.of(self)
+
+            def end() -> None:
+                made.shutdown()
+
+            made.context.on_shutdown(end)
         return self.executor
 
     @override
@@ -232,14 +252,26 @@ class MainProgram(Program):
         """Run the program to its end, in a call."""
         try:
             code = self._code_of(self._run_file)
-            for thread in self.threads:
-                if not thread.daemon:
-                    thread.join()
+            self._wait_for_threads()
             for function in reversed(self.at_exit):
                 function()
-            self.exit_code = code
+            if self.exit_code is None:
+                self.exit_code = code
         finally:
             self.output.end()
+
+    def _wait_for_threads(self) -> None:
+        """Wait for callbacks in the threads of executors, then for threads, as Python does."""
+        for executor in tuple(self.host.executors):
+            if executor.program is self and executor.hands_over:
+                executor.wait_for_callbacks()
+        for thread in self.threads:
+            if thread.is_alive() and getattr(thread, "_target", None) is _worker:
+                pool = thread._args[0]()
+                if pool is not None:
+                    pool.shutdown(wait=False)
+            if not thread.daemon:
+                thread.join()
 
     def _code_of(self, function: Callable[[], None]) -> int:
         try:
@@ -249,20 +281,26 @@ class MainProgram(Program):
                 return end.code or 0
             self.output.write(f"{end.code}\n")
         except KeyboardInterrupt as error:
-            self._show(error)
+            self.show(error)
             return INTERRUPTED
         except Exception as error:  # noqa: BLE001 - whatever a program raises
-            self._show(error)
+            self.show(error)
         else:
             return 0
         return 1
 
-    def _show(self, error: BaseException) -> None:
-        """Print a traceback, from the file of the program on."""
-        trace = error.__traceback__
-        while trace is not None and trace.tb_frame.f_code.co_filename != str(self.file):
-            trace = trace.tb_next
-        traceback.print_exception(type(error), error, trace, file=self.output)
+    def show(self, error: BaseException) -> None:
+        """Print a traceback, without the frames of bt-mission, which are not there on a robot."""
+        shown: TracebackException | None = TracebackException.from_exception(error)
+        assert shown is not None
+        text = shown
+        while shown is not None:
+            own = [frame for frame in shown.stack if owner_of(frame.filename) != "ours"]
+            while own and own[0].filename != str(self.file):  # what runs the file
+                del own[0]
+            shown.stack = StackSummary.from_list(own)
+            shown = shown.__cause__ or shown.__context__
+        self.output.write("".join(text.format()))
 
     def _run_file(self) -> None:
         """Run the file, and its `main` if it only defines one, as a console script does."""

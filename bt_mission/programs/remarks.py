@@ -10,6 +10,7 @@ from typing import Any
 
 from rclpy.action import ActionServer
 from rclpy.exceptions import InvalidHandle
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
 from bt_mission.core.clock_watch import callback_in
@@ -67,7 +68,7 @@ class Remarks:
     def close(self) -> None:
         """Say which cancel requests have waited until now."""
         for refused in tuple(self._refused.values()):
-            with suppress(InvalidHandle):
+            with suppress(InvalidHandle, _rclpy.RCLError):
                 server = refused.server
                 server._is_goal_request_ready = server._is_goal_expired = False
                 server._is_cancel_request_ready = server._is_result_request_ready = True

@@ -11,6 +11,7 @@ import concurrent.futures  # noqa: F401 - so that it is complete
 import datetime
 import queue
 import random
+import selectors
 import sys
 import threading
 import time
@@ -138,6 +139,7 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
         },
     ),
     (queue, {"SimpleQueue": threads.SimpleQueue, "time": clocks.READERS["monotonic"]}),
+    (selectors, {"DefaultSelector": clocks.Selector}),
     (random, {name: partial(_drawn, name, getattr(random, name)) for name in _DRAWS}),
     (uuid, {"uuid4": _uuid4}),
     (

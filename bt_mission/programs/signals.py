@@ -1,4 +1,4 @@
-"""Signals and ``breakpoint()`` in programs."""
+"""Signals, ``breakpoint()`` and the end of the process in programs."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.programs.calls import Call, Program, current_call
 
+_real_exit, _real_fork = os._exit, os.fork
 _real_signal, _real_getsignal = signal.signal, signal.getsignal
 _real_breakpoint = sys.breakpointhook
 _real_install: Any = rclpy.install_signal_handlers
@@ -74,6 +75,22 @@ def _break(*args: Any, **kwargs: Any) -> Any:
     return None
 
 
+def _leave(status: int) -> Any:
+    call = current_call()
+    if call is None:
+        _real_exit(status)
+    call.program.host.leave(call, status)
+
+
+def _fork() -> int:
+    if current_call() is None:
+        return _real_fork()
+    raise OSError(
+        "a program on the virtual clock cannot fork, since its copy would have no clock: start a "
+        "thread, or another program with subprocess [BT-215]"
+    )
+
+
 def action_of(program: Program, call: Call, number: int) -> Callable[[], Any] | None:
     """Return what a signal has the main thread of a program do; None for nothing."""
     handler: Any = handler_of(program, number)
@@ -87,6 +104,7 @@ def action_of(program: Program, call: Call, number: int) -> Callable[[], Any] | 
 REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
     (signal, {"signal": _set_handler, "getsignal": _get_handler}),
     (sys, {"breakpointhook": _break}),
+    (os, {"_exit": _leave, "fork": _fork}),
 )
 """Functions of modules, and what a program finds in their place."""
 

@@ -45,7 +45,7 @@ class ExecuteCallbacks:
         callback: Callable[[Any], Any],
         goal: Any,
         *,
-        may_leave: bool = False,
+        show: Callable[[BaseException], None] | None = None,
     ) -> None:
         """Execute a goal.
 
@@ -54,7 +54,8 @@ class ExecuteCallbacks:
             execute_goal: The server's method that calls the callback and ends the goal.
             callback: The server's execute callback.
             goal: The handle of the goal.
-            may_leave: Whether the callback may end its process.
+            show: Prints what the callback of a whole program raises, as rclpy does. It may end its
+                process.
 
         Raises:
             BtMissionError: The callback returns no result of the action. The exception of rclpy
@@ -67,48 +68,57 @@ class ExecuteCallbacks:
         server: ActionServer = execute_goal.__self__
         expected = server.action_type
         wrong: BtMissionError | Interrupted | None = None
+        called = callback if show else _contained(callback)
 
         async def result_of(goal: Any) -> Any:
             nonlocal wrong
             try:
-                called = callback if may_leave else _contained(callback)
                 result = await await_or_execute(called, goal)
             except (LeftError, Interrupted) as error:  # the goal ends first, then the mission
                 wrong = error
-                if goal.is_active:
-                    goal.abort()
-                return expected.Result()
             except Exception as error:  # noqa: BLE001 - whatever a user's code raises
-                cause = described(error)
-                self._raised[bytes(goal.goal_id.uuid)] = cause
                 named = _named(callback, actions_of(server), server._node)
-                if goal.status == GoalStatus.STATUS_SUCCEEDED:
-                    wrong = BtMissionError(
-                        f"{named} raised {cause}, after goal.succeed(); the result is empty",
-                        code="BT-903",
-                    )
-                    return expected.Result()
-                log_of(server._node).error(f"{named} raised {cause}")
-                if goal.is_active:
-                    goal.abort()
+                wrong = self._note(error, named, goal, show)
+            else:
+                if isinstance(result, expected.Result):
+                    if goal.is_active:  # rclpy aborts it, and logs its UUID as 16 numbers
+                        self._raised[bytes(goal.goal_id.uuid)] = UNENDED
+                        named = _named(callback, actions_of(server), server._node)
+                        log_of(server._node).warning(f"{named} {UNENDED}; the goal is aborted")
+                        goal.abort()
+                    return result
+                named = _named(callback, actions_of(server), server._node)
+                wrong = BtMissionError(
+                    f"{named} returned {_kind_of(result)}, expected {expected.__name__}.Result",
+                    code="BT-903",
+                )
                 return expected.Result()
-            if isinstance(result, expected.Result):
-                if goal.is_active:  # rclpy aborts it, and logs its UUID as a list of 16 numbers
-                    self._raised[bytes(goal.goal_id.uuid)] = UNENDED
-                    named = _named(callback, actions_of(server), server._node)
-                    log_of(server._node).warning(f"{named} {UNENDED}; the goal is aborted")
-                    goal.abort()
-                return result
-            got = "nothing" if result is None else describe(result)
-            named = _named(callback, actions_of(server), server._node)
-            wrong = BtMissionError(
-                f"{named} returned {got}, expected {expected.__name__}.Result", code="BT-903"
-            )
+            if goal.is_active:
+                goal.abort()
             return expected.Result()
 
         await execute_goal(result_of, goal)
         if wrong:
             raise wrong
+
+    def _note(
+        self, error: Exception, named: str, goal: Any, show: Callable[[BaseException], None] | None
+    ) -> BtMissionError | None:
+        """Note what a callback has raised. Return an error if its goal has lost its result."""
+        cause = described(error)
+        self._raised[bytes(goal.goal_id.uuid)] = cause
+        if show:
+            show(error)
+        elif goal.status == GoalStatus.STATUS_SUCCEEDED:
+            return BtMissionError(
+                f"{named} raised {cause}, after goal.succeed(); the result is empty", code="BT-903"
+            )
+        log_of(goal._action_server._node).error(f"{named} raised {cause}")
+        return None
+
+
+def _kind_of(result: Any) -> str:
+    return "nothing" if result is None else describe(result)
 
 
 def _contained(callback: Callable[[Any], Any]) -> Callable[[Any], Any]:

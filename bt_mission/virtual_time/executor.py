@@ -117,6 +117,7 @@ class VirtualTimeExecutor(Spinning):
 
     def take_node(self, node: Node) -> None:
         """Serve a node whose own executor says when; its timers continue."""
+        self.wake()  # it may have got entities while no executor had it
         self._take_node(node)
 
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> Alarm:
@@ -163,16 +164,16 @@ class VirtualTimeExecutor(Spinning):
         callback: Any,
         args: Sequence[Any],
         kwargs: dict[str, Any],
-        may_leave: bool = False,  # noqa: FBT001, FBT002 - of code that is called by position
+        show: Callable[[BaseException], None] | None = None,
     ) -> Any:
         """Call what was given for a task. Return its result; a coroutine if it is one.
 
         Args:
-            may_leave: Whether an execute callback may end its process, as that of a program.
+            show: Prints what an execute callback raises, if it is that of a whole program.
         """
         if is_execute_callback(callback):
             call = self._execute_callbacks.call
-            return call(self._actions_served, callback, *args, may_leave=may_leave)
+            return call(self._actions_served, callback, *args, show=show)
         return callback if inspect.iscoroutine(callback) else callback(*args, **kwargs)
 
     def take_raised(self, goal_id: bytes) -> str:

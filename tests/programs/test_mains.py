@@ -147,6 +147,11 @@ def test_a_server_and_a_client_run_as_they_are(run: Any, argument: str, line: An
     assert run(CLIENT, beside=(SERVER, argument)) == (0, [line])
 
 
+NODE = "import rclpy\nrclpy.init()\nnode = rclpy.create_node('n')\n"
+POOL = (
+    "from rclpy.executors import MultiThreadedExecutor\npool = MultiThreadedExecutor(2)\n"
+    "pool.add_node(node)\n"
+)
 ENDS = [
     ("import rclpy\nrclpy.init()\nrclpy.shutdown()\n", 0, []),
     ("import rclpy\ndef main():\n    rclpy.init()\n    print('in main')\n", 0, ["in main"]),
@@ -186,7 +191,144 @@ ENDS = [
         0,
         ["False"],
     ),
+    ("import os, rclpy\nrclpy.init()\ntry:\n    os._exit(9)\nfinally:\n    print('no')\n", 9, []),
+    (
+        (
+            "import os, threading, time, rclpy\nrclpy.init()\nprint('a')\n"
+            "threading.Timer(1, os._exit, [7]).start()\ntime.sleep(60)\n"
+        ),
+        7,
+        ["a"],
+    ),
+    ("import os, rclpy\nrclpy.init()\nos.fork()\n", 1, ["OSError", "cannot fork", "subprocess"]),
+    (
+        (
+            f"{NODE}node.create_timer(1.0, lambda: exec('raise KeyboardInterrupt'))\n"
+            "try:\n    rclpy.spin(node)\nexcept KeyboardInterrupt:\n    print('caught')\n"
+        ),
+        0,
+        ["caught"],
+    ),
+    (
+        (
+            f"{NODE}import threading\nthreading.Timer(1.0, rclpy.shutdown).start()\n"
+            "rclpy.spin(node)\nprint('quiet', rclpy.ok())\n"
+        ),
+        0,
+        ["quiet False"],
+    ),
+    (
+        (
+            f"{NODE}{POOL}import threading\nnode.create_timer(1.0, lambda: exit(3))\n"
+            "threading.Timer(2.5, rclpy.shutdown).start()\npool.spin()\nprint('goes on')\n"
+        ),
+        0,
+        ["goes on"],
+    ),
+    (
+        f"{NODE}{POOL}node.create_timer(1.0, lambda: print('tick', 1 / 0))\npool.spin()\n",
+        1,
+        ["ZeroDivisionError: division by zero"],
+    ),
+    (
+        (
+            f"{NODE}from rclpy.wait_for_message import wait_for_message\n"
+            "from std_msgs.msg import Int64\n"
+            "print(wait_for_message(Int64, node, 'silent', time_to_wait=1))\n"
+            "node.create_timer(1.0, lambda: exit(6))\nrclpy.spin(node)\n"
+        ),
+        6,
+        ["(False, None)"],
+    ),
 ]
+
+
+EXACT = [
+    # Of the tasks that can go on, rclpy's executors run the newest first.
+    (
+        (
+            f"{NODE}from rclpy.executors import SingleThreadedExecutor\n"
+            "executor = SingleThreadedExecutor()\n"
+            "tasks = [executor.create_task(print, name) for name in 'abc']\n"
+            "tasks[1].cancel()\nexecutor.spin_until_future_complete(tasks[0])\n"
+        ),
+        [(0.0, "c"), (0.0, "a")],
+    ),
+    (
+        (
+            f"{NODE}from rclpy.executors import SingleThreadedExecutor\n"
+            "executor = SingleThreadedExecutor()\n"
+            "async def one():\n    print('one')\n    return 1\n"
+            "async def two():\n    print('two')\n    print(await first, 'done')\n"
+            "first = executor.create_task(one)\nsecond = executor.create_task(two)\n"
+            "executor.spin_once(timeout_sec=0)\nexecutor.spin_once(timeout_sec=0)\n"
+            "print(first.done(), second.done())\nexecutor.spin_once(timeout_sec=1)\n"
+        ),
+        [(0.0, "two"), (0.0, "one"), (0.0, "True False"), (0.0, "1 done")],
+    ),
+    # An exception in a pool is raised with the next callback.
+    (
+        (
+            f"{NODE}{POOL}import time\ncount = []\n"
+            "def tick():\n    count.append(0)\n    print('tick')\n    1 / len(count[1:])\n"
+            "node.create_timer(1.0, tick)\n"
+            "try:\n    pool.spin()\nexcept ZeroDivisionError:\n    print('raised')\n"
+        ),
+        [(1.0, "tick"), (2.0, "tick"), (2.0, "raised")],
+    ),
+    # Python waits for the threads of pools, also for those of executors.
+    (
+        (
+            f"{NODE}{POOL}import time\nfrom concurrent.futures import ThreadPoolExecutor\n"
+            "node.create_timer(1.0, lambda: (time.sleep(0.75), print('callback')))\n"
+            "pool.spin_until_future_complete(rclpy.Future(), timeout_sec=1.5)\n"
+            "ThreadPoolExecutor(2).submit(lambda: (time.sleep(0.5), print('pool')))\nprint('end')\n"
+        ),
+        [(1.5, "end"), (1.75, "callback"), (2.0, "pool")],
+    ),
+    (
+        (
+            "import asyncio, threading, time, rclpy\n"
+            "async def wait(name, seconds):\n    await asyncio.sleep(seconds)\n    print(name)\n"
+            "async def main():\n    rclpy.init()\n    loop = asyncio.get_running_loop()\n"
+            "    await asyncio.gather(wait('b', 2), wait('a', 1))\n"
+            "    print(await loop.run_in_executor(None, lambda: time.sleep(0.5) or 'pool'))\n"
+            "    event = asyncio.Event()\n"
+            "    threading.Timer(1, loop.call_soon_threadsafe, [event.set]).start()\n"
+            "    await event.wait()\n    time.sleep(0.25)\n    print('event')\n"
+            "    try:\n        await asyncio.wait_for(asyncio.sleep(60), 0.5)\n"
+            "    except TimeoutError:\n        print('late')\nasyncio.run(main())\n"
+        ),
+        [(1.0, "a"), (2.0, "b"), (2.5, "pool"), (3.75, "event"), (4.25, "late")],
+    ),
+]
+
+
+@pytest.mark.parametrize(("code", "lines"), EXACT)
+def test_a_program_does_the_same_as_on_a_robot(run: Any, code: str, lines: Any) -> None:
+    """In the same order, at the same times."""
+    assert run(code) == (0, lines)
+
+
+def test_loops_of_two_programs_do_not_meet(run: Any) -> None:
+    """Each thread of the system has one loop of asyncio; here programs share it."""
+    code = (
+        "import asyncio, rclpy\nrclpy.init()\n"
+        "async def main():\n    for _ in range(3):\n        await asyncio.sleep(0.4)\n"
+        "    print('end')\nasyncio.run(main())\n"
+    )
+    assert run(code, beside=(code,)) == (0, [(1.2, "end"), (1.2, "end")])
+
+
+def test_an_execute_callback_that_raises_prints_its_traceback(run: Any) -> None:
+    """Where the code of the program is; without the frames of bt-mission. Its goal is aborted."""
+    server = SERVER.replace("            numbers.append", "            numbers.append(1 / 0)#")
+    code, lines = run(CLIENT, beside=(server, "one"))
+    assert (code, lines[-1]) == (0, (0.0, "status 6 numbers 0"))
+    text = "\n".join(line for _, line in lines)
+    assert 'beside.py", line 26, in execute\n' in text
+    assert "ZeroDivisionError: division by zero" in text
+    assert "bt_mission" not in text
 
 
 @pytest.mark.parametrize(("code", "exit_code", "lines"), ENDS)
