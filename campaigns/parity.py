@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 
 from parity_cases import CASES, Case
-from parity_runs import Ran, Said, in_real_time, on_the_stage
+from parity_runs import Lines, Ran, in_real_time, on_the_stage
 from trials import Line, carry_out, conclude, missing
 
 from benchmarks.measuring import arguments, figure
@@ -35,11 +35,11 @@ _PLACE = re.compile(r", at \S+:\d+$")
 """The place in the sources of rcl."""
 
 
-def shown(said: Said) -> Said:
+def shown(printed: Lines) -> Lines:
     """Return the lines of a program without its log, and of a traceback the exception alone."""
-    kept: Said = []
+    kept: Lines = []
     is_traceback = False
-    for time_s, line in said:
+    for time_s, line in printed:
         if line.startswith(("Traceback", "Exception in thread")):
             is_traceback = True
         elif is_traceback and (line.startswith((" ", "During handling")) or not line):
@@ -57,8 +57,11 @@ def code_of(code: int | None) -> int | None:
 
 def differences(case: Case, real: Ran, staged: Ran) -> list[str]:
     """Return what differs."""
-    found = []
-    theirs, ours = [shown(said) for said in real.said], [shown(said) for said in staged.said]
+    differing = []
+    theirs, ours = (
+        [shown(printed) for printed in real.printed],
+        [shown(printed) for printed in staged.printed],
+    )
     later = [other - mine for (other, _), (mine, _) in zip(theirs[-1], ours[-1], strict=False)]
     start_s = median(later) if later else 0.0
     for at, words in enumerate(case.programs):
@@ -70,14 +73,16 @@ def differences(case: Case, real: Ran, staged: Ran) -> list[str]:
             (theirs[-1][0][0] - start_s, ours[-1][-1][0]) if later else (0.0, 0.0),
         )
         if wrong:
-            found.append(f"{name}: {wrong}")
+            differing.append(f"{name}: {wrong}")
         codes = code_of(real.codes[at]), code_of(staged.codes[at])
         if codes[0] != codes[1]:
-            found.append(f"{name}: exit code {codes[0]} really, {codes[1]} on the stage")
-    return found
+            differing.append(f"{name}: exit code {codes[0]} really, {codes[1]} on the stage")
+    return differing
 
 
-def _first_difference(theirs: Said, ours: Said, limit_s: float, main_s: tuple[float, float]) -> str:
+def _first_difference(
+    theirs: Lines, ours: Lines, limit_s: float, main_s: tuple[float, float]
+) -> str:
     """Return the first difference of lines or times; empty without one.
 
     Lines of one instant of virtual time may have any order in reality. What comes before the first
@@ -91,7 +96,7 @@ def _first_difference(theirs: Said, ours: Said, limit_s: float, main_s: tuple[fl
             here.append(ours[at + len(here)])
         there = theirs[at : at + max(len(here), 1)]
         if sorted(line for _, line in here) != sorted(line for _, line in there):
-            lines = [[line for _, line in said[at : at + 3]] for said in (theirs, ours)]
+            lines = [[line for _, line in printed[at : at + 3]] for printed in (theirs, ours)]
             return f"line {at + 1}: {lines[0]} really, {lines[1]} on the stage"
         late = max(abs(other - here[0][0]) for other, _ in there)
         is_timed = there[0][0] >= main_s[0] and here[0][0] <= main_s[1]
@@ -113,8 +118,8 @@ def trial(number: int) -> Line:
     return {
         "number": number,
         "case": case.name,
-        "lines": sum(map(len, real.said)),
-        "seconds": round(staged.said[-1][-1][0], 2) if staged.said[-1] else 0.0,
+        "lines": sum(map(len, real.printed)),
+        "seconds": round(staged.printed[-1][-1][0], 2) if staged.printed[-1] else 0.0,
         "findings": differences(case, real, staged),
     }
 

@@ -23,20 +23,22 @@ from bt_mission.testing.live_graph import LiveGraph, own_domain
 
 LIMIT_S = 40.0
 LOOK_S = 0.01
+START_S = 1.0
+"""The main program starts so long after the others."""
 PAUSE_S = 0.5
 """From the end of the main program to the SIGINT for the others."""
 AFTER_S = 3.0
 """They have this long to end."""
 
-Said = list[tuple[float, str]]
+Lines = list[tuple[float, str]]
 """Lines of a program, each with its time s."""
 
 
 @dataclass
 class Ran:
-    """What the programs of a case have said, and how each ended; None for one that had not."""
+    """What the programs of a case have printed, and how each ended; None for one that had not."""
 
-    said: list[Said]
+    printed: list[Lines]
     codes: list[int | None]
 
 
@@ -49,7 +51,9 @@ def in_real_time(case: Case, folder: Path) -> Ran:
         processes: list[_Process] = []
         try:
             for words in case.programs:
-                processes.append(_Process(words, graph.environment, folder))  # noqa: PERF401 - each is ended
+                if processes and words == case.programs[-1]:
+                    sleep(START_S)
+                processes.append(_Process(words, graph.environment, folder))
             main = processes[-1]
             main.run(case.interrupt_s)
             codes = [main.end()]
@@ -59,14 +63,14 @@ def in_real_time(case: Case, folder: Path) -> Ran:
             for process in processes:
                 process.end(signal.SIGKILL)
             graph.close()
-    return Ran([process.said for process in processes], codes)
+    return Ran([process.printed for process in processes], codes)
 
 
 class _Process:
     """A program as a process on a terminal, whose lines are read as they come."""
 
     def __init__(self, words: str, environment: dict[str, str], folder: Path) -> None:
-        self.said: Said = []
+        self.printed: Lines = []
         file, *options = words.split()
         self._terminal, inside = pty.openpty()
         self._process = subprocess.Popen(  # noqa: S603 - our own programs
@@ -83,15 +87,15 @@ class _Process:
     def _read(self) -> None:
         with suppress(OSError), os.fdopen(self._terminal, encoding="utf-8") as lines:
             for line in lines:
-                self.said.append((monotonic(), line.rstrip("\r\n")))
+                self.printed.append((monotonic(), line.rstrip("\r\n")))
 
     def run(self, interrupt_s: float | None) -> None:
         """Wait for its end, but not for ever; interrupt it so long after its first line."""
         start = monotonic()
         while self._process.poll() is None and monotonic() - start < LIMIT_S:
             sleep(LOOK_S)
-            if interrupt_s is not None and self.said:
-                sleep(max(self.said[0][0] + interrupt_s - monotonic(), 0.0))
+            if interrupt_s is not None and self.printed:
+                sleep(max(self.printed[0][0] + interrupt_s - monotonic(), 0.0))
                 self._process.send_signal(signal.SIGINT)
                 interrupt_s = None
 
@@ -120,9 +124,9 @@ def on_the_stage(case: Case, folder: Path) -> Ran:
         programs = [_Staged(stage, words) for words in case.programs]
         main = programs[-1]
         if case.interrupt_s is not None:
-            while not main.said:
+            while not main.printed:
                 stage.step()
-            main.run(main.said[0][0] + case.interrupt_s)
+            main.run(main.printed[0][0] + case.interrupt_s)
             main.interrupt()
         main.run(LIMIT_S)
         main.interrupt()
@@ -133,14 +137,14 @@ def on_the_stage(case: Case, folder: Path) -> Ran:
         for program in programs[:-1]:
             program.interrupt()
             program.run(program.now_s + AFTER_S)
-    return Ran([program.said for program in programs], [program.code for program in programs])
+    return Ran([program.printed for program in programs], [program.code for program in programs])
 
 
 class _Staged:
     """A program on the stage."""
 
     def __init__(self, stage: Stage, words: str) -> None:
-        self.said: Said = []
+        self.printed: Lines = []
         self.code: int | None = None
         self._stage = stage
         file, *options = words.split()
@@ -153,7 +157,7 @@ class _Staged:
         return (self._stage.now_ns - self._stage.start_ns) / NS
 
     def _take(self, time_s: float, line: str) -> None:
-        self.said.append((time_s, line))
+        self.printed.append((time_s, line))
 
     def _end(self, code: int) -> None:
         self.code = code

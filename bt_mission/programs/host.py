@@ -345,7 +345,7 @@ class ProgramHost:
 
     def run_main(self, program: MainProgram, then: Callable[[], None]) -> None:
         """Run a whole program; `then` is called at its end, when its nodes are destroyed."""
-        call = program.call = Call(program, program.life, None, None, None, program.run)
+        call = program.main_call = Call(program, program.life, None, None, None, program.run)
         if self._advance(call):
             self._end(program)
             then()
@@ -367,7 +367,7 @@ class ProgramHost:
         program.output.close()
 
         def end() -> None:
-            main = program.call
+            main = program.main_call
             if main is not None and main.wait is not None:
                 over = main.wait.over
                 self._kill(main)

@@ -176,7 +176,7 @@ class MainProgram(Program):
         self.threads: list[Any] = []
         """Those that its end waits for."""
         self.at_exit: list[Callable[[], Any]] = []
-        self.call: Call | None = None
+        self.main_call: Call | None = None
         """Its main thread, once it runs."""
         self.has_ros = False
         """Whether it has called ``rclpy.init``."""
