@@ -102,7 +102,7 @@ class ProgramExecutor(Executor):
         self.waiting: dict[int, Task | None] = {}
         """The tasks that wait for a thread, by their numbers."""
         self.failed: list[Exception] = []
-        """What callbacks in other threads have raised."""
+        """Exceptions of callbacks in other threads."""
         self.turn: list[int] = []
         """Those whose turn it is; the last one is the next."""
         self._host.executors.add(self)
