@@ -120,17 +120,30 @@ class Explored:
         return sorted(endless)
 
     def hopeless(self) -> list[int]:
-        """Return the states from which no way without faults leads to an end, in their order."""
+        """Return the states from which no way without faults leads to an end, in their order.
+
+        A state from which each way needs a fault is none: in time, its servers would have answered.
+        """
         before: dict[int, list[int]] = {}
+        ways: Counter[int] = Counter(self.edges[::2])
         for start, end in zip(self.edges[::2], self.edges[1::2], strict=True):
             before.setdefault(end, []).append(start)
-        hopeful, waiting = set(self.ended), list(self.ended)
+        known, waiting = set(self.ended), list(self.ended)
         while waiting:
             for state in before.get(waiting.pop(), ()):
-                if state not in hopeful:
-                    hopeful.add(state)
+                if state not in known:
+                    known.add(state)
                     waiting.append(state)
-        return [state for state in range(len(self.scripts)) if state not in hopeful]
+        states = range(len(self.scripts))
+        waiting = [state for state in states if not ways[state] and state not in self.stuck]
+        while waiting:
+            state = waiting.pop()
+            known.add(state)
+            for start in before.get(state, ()):
+                ways[start] -= 1
+                if not ways[start]:
+                    waiting.append(start)
+        return [state for state in states if state not in known]
 
 
 @dataclass(frozen=True)

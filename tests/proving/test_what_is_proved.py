@@ -382,6 +382,14 @@ def test_a_goal_without_a_limit_never_ends(head: str, tree: str, shown: str) -> 
     assert ("ends" in proof.proved) is (shown == "proved")
 
 
+def test_limits_that_end_together_are_no_endless_run() -> None:
+    """Of a server that is back so late that its goal, accepted, cannot be done in time."""
+    grip = "action: {name: grip, type: control_msgs/action/GripperCommand}, timeout: 5"
+    tree = f"finally: {{timeout: 10}}\ndo: {{{grip}, name: close}}\nthen: {{{grip}, name: open}}"
+    proof = proof_of(Case("", tree), faults=1)
+    assert [entry.text for entry in proof.findings] == []
+
+
 def test_an_output_of_a_class_has_the_type_of_its_attribute(tmp_path: Path) -> None:
     """A truth value, a text and an integer."""
     (tmp_path / "door.py").write_text(
