@@ -69,7 +69,7 @@ SHORTER = {
     "--seeds 20": "--seeds 1",
     "--sample 500": "--sample 2",
     "sweep explore": "sweep explore --set legs=1",
-    "--keep-going 3": "--keep-going 3 --budget 60",
+    "--keep-going 3": "--keep-going 2 --budget 20",
     "falsify explore": "falsify explore --set legs=1 --budget 4",
 }
 """What takes hours: many runs, long runs."""
