@@ -1,6 +1,7 @@
 """A script: types the commands of a page, and writes what came of each.
 
-Its arguments are a JSON file of steps and one for the results. Calls of ``bt-mission`` without the
+Its arguments are a JSON file of steps, one for the results, and the time for all, s of wall time:
+what runs then is ended, and no process is left. Calls of ``bt-mission`` without the
 syntax of a shell run in a fork of this process, which imports once; all else goes to bash. What
 stays (a server, a page for browsers) runs beside until the end, and its output is all that it has
 said by then. It is run by the Python of an environment into which the wheel is installed, in an
@@ -12,6 +13,7 @@ import json
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 import tempfile
@@ -52,7 +54,12 @@ def call(arguments: list[str], file: IO[bytes]) -> int:
     """Call the command line in a fork of this process, its output in a file."""
     child = os.fork()
     if child:
-        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        try:
+            return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        except TimeoutError:
+            os.kill(child, signal.SIGINT)
+            os.waitpid(child, 0)
+            raise
     for number in (1, 2):
         os.dup2(file.fileno(), number)
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # as in a terminal
@@ -126,5 +133,12 @@ def work(steps: list[dict[str, Any]], results: str) -> None:
         Path(results).write_text(json.dumps(done), encoding="utf-8")
 
 
+def time_is_up(*_: object) -> None:
+    """Leave what runs."""
+    raise TimeoutError
+
+
 if __name__ == "__main__":
+    signal.signal(signal.SIGALRM, time_is_up)
+    signal.setitimer(signal.ITIMER_REAL, float(sys.argv[3]))
     work(json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")), sys.argv[2])
