@@ -1,6 +1,7 @@
 """How exactly `bt-mission reproduce` repeats random faulted runs, from the topics of a robot alone.
 
 Run it as: python campaigns/reproduce.py [--count 50] [--folder DIR] [--nature PROFILE] [--rough]
+    [--clean]
 
 Run N follows from N: a mission, its world, one or two random faults, a seed. Runs that violate no
 requirement and succeed are passed over, and so are missions that do not succeed in a world without
@@ -13,6 +14,8 @@ this file and the requirements of the site. A run counts as
 - near, by the mean distance of the recorded and the simulated path,
 - named, if the kind of each fault that began is among the faults found; a fault of another kind is
   falsely named.
+
+With `--clean`, the runs have no fault, and all of them count: each fault is falsely named.
 
 More like a real robot: `--nature` varies sensors and wheels, and `--rough` loses messages and
 records the others late.
@@ -136,13 +139,15 @@ LIMIT_S = 60.0
 MOST_TRIES = 100_000
 
 
-def drawn_scenario(n: int, nature: str = "") -> tuple[dict[str, Any], list[PlannedFault]]:
+def drawn_scenario(
+    n: int, nature: str = "", *, is_clean: bool = False
+) -> tuple[dict[str, Any], list[PlannedFault]]:
     """Return scenario N as data, and its faults."""
     draws = SeededDraws(f"reproduce/{n}")
     name = one_of(draws, sorted(MISSIONS))
     mission = MISSIONS[name]
     faults = []
-    for _ in range(2 if maybe(draws, 3) else 1):
+    for _ in range(0 if is_clean else 2 if maybe(draws, 3) else 1):
         kind = one_of(draws, KINDS)
         begins = AtTime(number(draws, 1.0, 14.0, 0.25))
         if kind.startswith("spawn_"):
@@ -203,7 +208,7 @@ def strip(source: Path, target: Path, n: int, *, is_rough: bool) -> None:
 
 def make(n: int, folder: Path, options: Namespace) -> None:
     """Make the recording of run N, if it counts."""
-    data, faults = drawn_scenario(n, options.nature)
+    data, faults = drawn_scenario(n, options.nature, is_clean=options.clean)
     scenario = folder / f"{n}.scenario.yaml"
     scenario.write_text(to_yaml(data), encoding="utf-8")
     whole, stripped = folder / f"{n}.whole.mcap", folder / f"{n}.mcap"
@@ -222,7 +227,7 @@ def make(n: int, folder: Path, options: Namespace) -> None:
         for fault, outcome in zip(faults, report.faults, strict=True)
         if outcome.began is not None
     ]
-    if began and (violated or report.status != "success"):
+    if options.clean or (began and (violated or report.status != "success")):
         strip(whole, stripped, n, is_rough=options.rough)
         truth = {
             "run": n,
@@ -333,6 +338,7 @@ def main() -> None:
         budget=(12, "simulated runs of each"),
         nature=("", "profile of the simulated runs"),
         rough=(False, "lose messages, and record the others late"),
+        clean=(False, "without faults"),
     )
     folder: Path = options.folder
     folder.mkdir(parents=True, exist_ok=True)

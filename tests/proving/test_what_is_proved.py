@@ -344,6 +344,27 @@ def test_an_acceptance_may_come_after_the_goal_is_given_up() -> None:
         assert ("one_goal_at_the_base" in proof.proved) is not is_given_up
 
 
+def test_an_answer_may_be_missing_while_many_other_things_happen() -> None:
+    """More of them than an exploration with times takes: what that shows is not proved."""
+    past = "previously $on"
+    for value in ("not $on", "$on", "not $on"):
+        past = f"previously ({value} and {past})"
+    requirement = f'never $on and {past} and not accepted("turn")'
+    topic = "{topic: on, type: std_msgs/msg/Bool, field: data, as: on}"
+    head = f"follow: [{topic}]\nrequirements:\n  soon: '{requirement}'\n"
+    proof = proof_of(Case(head, TURN))
+    assert [entry.verdict for entry in proof.requirements] == ["not violated"]
+    assert any("of answers of /turn behind 2 other events" in why for why in proof.why_not)
+
+
+def test_a_cancel_by_a_condition_is_none_by_a_limit() -> None:
+    """Both wait for the same answer, and the leaf ends in another way."""
+    tree = "explore_forward: {fwd_velocity: 0.1, stopping_distance: 0.5}\ntimeout: 9\n"
+    tree += "cancel_when: current_distance_travelled > 1\non_cancel: success"
+    proof = proof_of(Case("", tree), faults=1)
+    assert any("canceled by timeout" in reason for reason in proof.failures)
+
+
 LOOP = "{repeat: {ROUNDS}, do: {wait: 1}}"
 BESIDE = f"{{parallel: [{{turn: {{angle: 90}}}}, {LOOP}], succeed_when: any}}"
 ENDLESS = {

@@ -189,6 +189,8 @@ def _watched(draw: Random) -> Data:
             "r1": 'never running("near")',
             "r2": f"never $gap > {high}",
             "r3": 'never running("b")',
+            "r4": 'never outcome("a") = "canceled by timeout"',
+            "r5": 'never failed("a")',
         },
     }
 
