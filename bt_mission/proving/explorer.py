@@ -122,7 +122,7 @@ class Explored:
     def hopeless(self) -> list[int]:
         """Return the states from which no way without faults leads to an end, in their order.
 
-        A state from which each way needs a fault is none: in time, its servers would have answered.
+        Where each way needs a fault, the servers would have answered before: this does not count.
         """
         before: dict[int, list[int]] = {}
         ways: Counter[int] = Counter(self.edges[::2])
