@@ -31,6 +31,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.workers import WORKER_OPTIONS, base_changes, is_alone, pool_for, require_dask
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.file_kinds import RUNS
 from bt_mission.core.text import counted
 
@@ -293,12 +294,17 @@ def _smallest(smallest: tuple[float, str]) -> str:
 
 def _tell_search(session: SearchSession, folder: Path, options: argparse.Namespace) -> int:
     """Write what was found, and say it; gives the exit code."""
-    from bt_mission.search.result import write_all
+    from bt_mission.search.result import sentence, write_all
 
     state = session.state
-    files = write_all(
-        session.base, state.counterexamples, folder, runs_again=not state.is_interrupted
-    )
+    try:
+        files = write_all(
+            session.base, state.counterexamples, folder, runs_again=not state.is_interrupted
+        )
+    except BtMissionError:
+        for found in state.counterexamples:
+            print(f"found: {sentence(found.failure, None, found.candidate)}", file=sys.stderr)
+        raise
     if options.json:
         print(json.dumps(_search_as_dict(session, files, options)))
     else:

@@ -109,7 +109,7 @@ class Results:
             self._make_folder(path.parent)
             is_left = recording.leave(path)
         except OSError as error:
-            return f"it was not saved: {error.filename}: {error.strerror}"
+            return _unsaved(error, path)
         lacks = recording.missing and f"  the recording lacks {recording.missing}"
         return "\n".join(filter(None, (self._replay_of(path) if is_left else "", lacks)))
 
@@ -151,7 +151,7 @@ class Results:
         try:
             paths = self.leave(folder, runs)
         except OSError as error:
-            return f"it was not saved: {error.filename}: {error.strerror}"
+            return _unsaved(error, folder)
         lines = []
         for run, path in zip(runs, paths, strict=True):
             lines.append(self._replay_of(path))
@@ -276,3 +276,8 @@ def properties(runs: list[Run], wall_s: float) -> Iterator[tuple[str, object]]:
     for run in runs:
         yield "seed", run.mission.seed
         yield "trace_sha256", run.stage.trace.sha256
+
+
+def _unsaved(error: OSError, place: Path) -> str:
+    """Return the reason; an error of writing does not know its file."""
+    return f"it was not saved: {error.filename or place}: {error.strerror}"

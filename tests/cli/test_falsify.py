@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 import signal
@@ -11,8 +12,10 @@ from typing import Any
 import pytest
 
 import bt_mission
+from bt_mission.core.output import cannot_write
 from bt_mission.core.yaml.document import read
 from bt_mission.recording.verification import read_verified_run
+from bt_mission.search import result
 from bt_mission.search.simplify import simplify
 from bt_mission.sessions.stage import Stage
 from tests.support.command_line import CommandLine
@@ -144,6 +147,22 @@ def test_a_mission_that_breaks_as_it_is(search: CommandLine) -> None:
     assert "without any fault" in out
     assert "it breaks without any change, so there was no search" in out
     assert Path("found/careless_2/is_slow.scenario.yaml").exists()
+
+
+def test_what_is_found_is_said_where_it_cannot_be_written(
+    search: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search may take hours; the disk may be full at its end."""
+
+    def full(path: Path, _: str) -> None:
+        raise cannot_write(path, OSError(errno.ENOSPC, "No space left on device"))
+
+    monkeypatch.setattr(result, "write_file", full)
+    search.write("safe.yaml", "requirements:\n  is slow: always speed < 0.1\n")
+    search(SEARCH, 2)
+    told, error = search.err.splitlines()[-2:]
+    assert told == "found: requirement 'is slow' is violated without any fault"
+    assert error.endswith("is_slow.scenario.yaml: No space left on device [BT-1103]")
 
 
 @pytest.mark.thorough
