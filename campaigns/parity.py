@@ -64,13 +64,14 @@ def differences(case: Case, real: Ran, staged: Ran) -> list[str]:
     )
     later = [other - mine for (other, _), (mine, _) in zip(theirs[-1], ours[-1], strict=False)]
     start_s = median(later) if later else 0.0
+    begun_s = max((lines[0][0] for lines in theirs if lines), default=0.0) - start_s
     for at, words in enumerate(case.programs):
         name = words.split()[0].removesuffix(".py")
         wrong = _first_difference(
             [(time_s - start_s, line) for time_s, line in theirs[at]],
             ours[at],
             case.period_s + SLACK_S,
-            (theirs[-1][0][0] - start_s, ours[-1][-1][0]) if later else (0.0, 0.0),
+            (begun_s, ours[-1][-1][0]) if later else (0.0, 0.0),
         )
         if wrong:
             differing.append(f"{name}: {wrong}")
@@ -85,9 +86,9 @@ def _first_difference(
 ) -> str:
     """Return the first difference of lines or times; empty without one.
 
-    Lines of one instant of virtual time may have any order in reality. What comes before the first
-    line of the main program waits for processes to start, and what follows its end for SIGINT: they
-    are not timed.
+    Lines of one instant of virtual time may have any order in reality. What comes before each
+    program has printed a line waits for processes to start, and what follows the end of the main
+    program for SIGINT: they are not timed.
     """
     at = 0
     while at < max(len(theirs), len(ours)):

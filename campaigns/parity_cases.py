@@ -15,7 +15,7 @@ class Case:
     Attributes:
         programs: Files, with their arguments.
         period_s: Times may differ by it.
-        interrupt_s: When the main program gets SIGINT, after its first line.
+        interrupt_s: When the main program gets SIGINT, after all have printed a line.
         world: Of a robot with its action servers; empty for none.
     """
 
@@ -76,8 +76,8 @@ CASES = (
     Case(("lonely_client.py",)),
     # Ctrl-C.
     Case((THREADS, "interrupted_client.py"), 0.5, 1.75),
-    Case(("two_goals_client.py", "basic_server.py"), 0.5, 1.9),
-    Case(("two_goals_client.py", THREADS), 0.5, 1.9),
+    Case(("two_goals_client.py", "basic_server.py"), 0.5, 1.7),
+    Case(("two_goals_client.py", THREADS), 0.5, 1.7),
     Case(("rate_loop.py",), 0.25, 1.6),
     Case(("spin_once_loop.py",), 0.3, 1.6),
     Case(("handler.py",), 0.4, 1.0),

@@ -7,6 +7,7 @@ import pty
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +56,7 @@ def in_real_time(case: Case, folder: Path) -> Ran:
                     sleep(START_S)
                 processes.append(_Process(words, graph.environment, folder))
             main = processes[-1]
-            main.run(case.interrupt_s)
+            main.run(case.interrupt_s, processes)
             codes = [main.end()]
             sleep(PAUSE_S)
             codes = [process.end() for process in processes[:-1]] + codes
@@ -89,13 +90,14 @@ class _Process:
             for line in lines:
                 self.printed.append((monotonic(), line.rstrip("\r\n")))
 
-    def run(self, interrupt_s: float | None) -> None:
-        """Wait for its end, but not for ever; interrupt it so long after its first line."""
+    def run(self, interrupt_s: float | None, processes: Sequence[_Process]) -> None:
+        """Wait for its end, but not for ever; interrupt it so long after all have printed."""
         start = monotonic()
         while self._process.poll() is None and monotonic() - start < LIMIT_S:
             sleep(LOOK_S)
-            if interrupt_s is not None and self.printed:
-                sleep(max(self.printed[0][0] + interrupt_s - monotonic(), 0.0))
+            if interrupt_s is not None and all(each.printed for each in processes):
+                begun_s = max(each.printed[0][0] for each in processes)
+                sleep(max(begun_s + interrupt_s - monotonic(), 0.0))
                 self._process.send_signal(signal.SIGINT)
                 interrupt_s = None
 
@@ -124,9 +126,10 @@ def on_the_stage(case: Case, folder: Path) -> Ran:
         programs = [_Staged(stage, words) for words in case.programs]
         main = programs[-1]
         if case.interrupt_s is not None:
-            while not main.printed:
+            while not all(program.printed for program in programs):
                 stage.step()
-            main.run(main.printed[0][0] + case.interrupt_s)
+            begun_s = max(program.printed[0][0] for program in programs)
+            main.run(begun_s + case.interrupt_s)
             main.interrupt()
         main.run(LIMIT_S)
         main.interrupt()

@@ -3,8 +3,16 @@
 import threading
 
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Int32
+
+
+def spin(node):
+    try:
+        rclpy.spin(node)
+    except ExternalShutdownException:
+        pass
 
 
 def main():
@@ -13,7 +21,7 @@ def main():
     got = []
     publisher = node.create_publisher(Int32, "loop", 10)
     node.create_subscription(Int32, "loop", lambda m: got.append(m.data), 10)
-    thread = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)
+    thread = threading.Thread(target=spin, args=(node,), daemon=True)
     thread.start()
     rate = node.create_rate(4)
     count = 0
