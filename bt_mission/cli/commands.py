@@ -100,6 +100,16 @@ def module_of(name: str) -> str:
     return f"bt_mission.cli.{_MODULES.get(name, name.replace('-', '_'))}"
 
 
+def passed_on(words: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+    """Return the words for a command, and those after ``--`` for what it runs."""
+    if "--" in words and words[0] in COMMANDS:
+        command = import_module(module_of(words[0])).COMMANDS[words[0]]
+        if command.passes_on:
+            at = words.index("--")
+            return words[:at], words[at + 1 :]
+    return words, ()
+
+
 class Commands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: SLF001 - has no public name
     """The word that names a command. Lists all commands, and loads the one that is called."""
 

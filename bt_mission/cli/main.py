@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
-from bt_mission.cli.commands import Commands
+from bt_mission.cli.commands import Commands, passed_on
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.cli.inputs import settle_inputs
 from bt_mission.cli.outputs import refuse_outputs
@@ -144,9 +144,10 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
 
     It takes such a word as absent once it has seen the words before the option.
     """
-    mine, for_ros = split(sys.argv[1:] if arguments is None else arguments)
+    own, after = passed_on(sys.argv[1:] if arguments is None else arguments)
+    mine, for_ros = split(own)
     options, rest = parser.parse_known_args(mine)
-    options.words = mine
+    options.words, options.passed_on = mine, after
     if getattr(options, "takes_ros_args", False):
         options.ros_args = for_ros
     elif for_ros:

@@ -184,6 +184,7 @@ class Command:
         commands: Those below it.
         takes_ros_args: Hand ``--ros-args`` to its node.
         leaves_at_once: A signal ends the process while the command has nothing to halt.
+        passes_on: The words after ``--`` are for what it runs.
     """
 
     function: Callable[[argparse.Namespace], int] | None
@@ -194,6 +195,7 @@ class Command:
     commands: Mapping[str, Command] = field(default_factory=dict)
     takes_ros_args: bool = False
     leaves_at_once: bool = False
+    passes_on: bool = False
 
     def add_to(self, commands: Any, name: str, pages: Sequence[str]) -> None:
         """Add it, and those below it, to the commands of a parser; their help names the pages."""

@@ -100,7 +100,7 @@ class MissionPlan:
             from bt_mission.scenarios.run import attend
 
             attend(session, self.scenario)
-        return _with_faults(session, self.faults, lambda reports: reports[0], live)
+        return with_faults(session, self.faults, lambda reports: reports[0], live)
 
     def judge(self, summary: Any) -> ScenarioResult | None:
         """Compare the report with what the scenario expects; None without a scenario."""
@@ -144,7 +144,7 @@ class FleetRunPlan:
         session.facts["fleet"] = self.fleet.name
         from bt_mission.fleets.run import fleet_report
 
-        return _with_faults(
+        return with_faults(
             session, self.faults, lambda reports: fleet_report(self.fleet.name, session, reports)
         )
 
@@ -174,9 +174,9 @@ def load_plan(options: argparse.Namespace, kind: str) -> RunPlan:
         if options.trace and not options.force:
             refuse_existing(file_of_robot(options.trace, robot.name) for robot in fleet.robots)
         return FleetRunPlan(
-            fleet, _written_faults(options, [member.name for member in fleet.robots])
+            fleet, written_faults(options, [member.name for member in fleet.robots])
         )
-    faults = _written_faults(options)
+    faults = written_faults(options)
     loaded, warnings = examined_file(options)
     mission = getattr(loaded, "mission", loaded)
     _begin(options, warnings, [mission])
@@ -199,9 +199,10 @@ def _files(missions: Iterable[Mission]) -> Iterator[Any]:
         yield from files_of(mission)
 
 
-def _written_faults(
+def written_faults(
     options: argparse.Namespace, robots: Sequence[str] = ()
 ) -> tuple[WrittenFault, ...]:
+    """Return the faults of ``--fault``; doubts about them go to standard error."""
     if not options.fault:
         return ()
     from bt_mission.faults.located import faults_in_texts
@@ -224,7 +225,7 @@ def _stage_options(
         editable=options.editable,
         network=options.network,
         watched=options.tui or options.web or options.foxglove,
-        props=_obstacles() if faults or takes_faults(options) else own.props,
+        props=most_obstacles() if faults or takes_faults(options) else own.props,
     )
 
 
@@ -233,7 +234,8 @@ def takes_faults(options: argparse.Namespace) -> bool:
     return bool(options.web and not options.read_only and not options.attach)
 
 
-def _obstacles() -> int:
+def most_obstacles() -> int:
+    """Return how many objects faults can place."""
     from bt_mission.faults.world import MOST_OBSTACLES
 
     return MOST_OBSTACLES
@@ -246,7 +248,7 @@ def _exit_code(summary: Summary) -> int:
 
 
 @contextmanager
-def _with_faults(
+def with_faults(
     session: Any,
     faults: Sequence[WrittenFault],
     summarize: Summarize,

@@ -69,7 +69,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
         if on_page:
             summary = shown_on_page(options, session, steps, interrupts, pace(options), live=live)
         elif on_screen:
-            summary = _on_screen(session, steps, interrupts)
+            summary = shown_on_screen(session, steps, interrupts)
         else:
             summary = finish(steps)
             if options.web and summary.status != "interrupted":
@@ -124,11 +124,7 @@ def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
     return view_for(sys.stdout, plan.title, plain=plain)
 
 
-def _on_screen(
-    session: Session,
-    steps: Steps[Summary],
-    interrupts: InterruptSignals,
-) -> Summary:
+def shown_on_screen(session: Session, steps: Steps[R], interrupts: InterruptSignals) -> R:
     """Carry it out on a full screen, which shows one mission at a time."""
     from bt_mission.ros.local_client import LocalExecutive
     from bt_mission.views.terminal.marks import marks_for

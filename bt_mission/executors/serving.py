@@ -21,6 +21,9 @@ from bt_mission.executors.taps import Passing, PendingCallback, Side, Taps
 class CallHost(Protocol):
     """What runs callbacks that may block (:mod:`bt_mission.programs`)."""
 
+    goals: Any
+    """The goals of action servers, as far as they got."""
+
     def admits(self, entity: Any, node: Node | None) -> bool:
         """Return whether an entity of a node can be served now."""
 

@@ -6,8 +6,10 @@ import ast
 import importlib
 import inspect
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -45,9 +47,9 @@ def find_class(target: str, file: str) -> type[Behaviour]:
 
 
 def program_of(target: str) -> list[str]:
-    """Return the file and the arguments of a program that ``nodes`` names; empty for a factory."""
+    """Return the program that ``nodes`` names, and its arguments; empty for a factory."""
     words = words_of(target)
-    return words if words and words[0].endswith(".py") else []
+    return words if words and (words[0].endswith(".py") or ":" not in words[0]) else []
 
 
 def words_of(line: str) -> list[str]:
@@ -69,17 +71,44 @@ def parts_of(target: str) -> tuple[str, str]:
     return (program[0], "") if program else (where, name)
 
 
-def find_program(target: str, file: str) -> tuple[Path, list[str]]:
-    """Return the file of a program that another file names, and its arguments.
+@dataclass(frozen=True)
+class FoundProgram:
+    """A program that is there.
+
+    Attributes:
+        file: Its code, absolute.
+        arguments: After its name on the command line.
+        module: Its module, if that is installed; empty for a file.
+        function: What a console script calls; empty for code that runs as ``__main__``.
+    """
+
+    file: Path
+    arguments: list[str]
+    module: str = ""
+    function: str = ""
+
+
+def find_program(target: str, file: str) -> FoundProgram:
+    """Return the program that another file names; nothing is imported.
+
+    Args:
+        target: A file in the folder of `file` or below, a module, or a console script of an
+            installed package, with its arguments.
 
     Raises:
         PythonError: It does not exist, is no Python file, or is for ROS 1.
     """
     program = program_of(target)
     if not program:
-        raise PythonError("BT-215", f"expected a Python file, got {quoted(target)}")
+        raise _no_program(target)
     where, *arguments = program
-    path = _leaf_file(where, file)
+    module, function = "", ""
+    if where.endswith(".py"):
+        path = _leaf_file(where, file)
+    else:
+        scripts = entry_points(group="console_scripts", name=where)
+        module, _, function = next((each.value for each in scripts), where).partition(":")
+        path = _module_file(module, where)
     try:
         tree = ast.parse(path.read_bytes(), where)
     except (SyntaxError, ValueError) as error:
@@ -97,7 +126,43 @@ def find_program(target: str, file: str) -> tuple[Path, list[str]]:
     if "rospy" in imported:
         hint = "port it to rclpy, the library of ROS 2"
         raise PythonError("BT-215", f"{where} is a program for ROS 1: it imports rospy", hint)
-    return path, arguments
+    return FoundProgram(path, arguments, module, function)
+
+
+def called_program(words: Sequence[str]) -> FoundProgram:
+    """Return the program that a command line calls, in any folder.
+
+    Raises:
+        PythonError: As :func:`find_program`.
+    """
+    where, *arguments = words or [""]
+    path = Path(where).resolve()
+    is_file = where.endswith(".py")
+    return find_program(
+        shlex.join([path.name if is_file else where, *arguments]), str(path.parent / "called")
+    )
+
+
+def _module_file(module: str, where: str) -> Path:
+    """Return the file that ``python -m`` runs; no package is imported for that."""
+    first, *rest = module.split(".")
+    spec = find_spec(first) if first.isidentifier() else None
+    if spec is not None and spec.submodule_search_locations is None and not rest and spec.origin:
+        return Path(spec.origin)
+    for folder in (spec and spec.submodule_search_locations) or ():
+        inside = Path(folder, *rest)
+        for path in (inside.with_suffix(".py"), inside / "__main__.py"):
+            if path.is_file():
+                return path
+    raise _no_program(where)
+
+
+def _no_program(where: str) -> PythonError:
+    return PythonError(
+        "BT-215",
+        f"expected a Python file, an installed module or console script, got {quoted(where)}",
+        "a file ends with .py; install the package, or source its workspace",
+    )
 
 
 def find_factory(target: str, file: str) -> Callable[..., Any]:
@@ -137,7 +202,9 @@ def _member(where: str, name: str, file: str, is_wanted: Callable[[Any], bool], 
     return getattr(module, name)
 
 
-def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
+def locate(
+    target: str, file: str, folders: tuple[Path, ...] | None, *, is_node: bool = False
+) -> None:
     """Look for the code that a mission in ``file`` names, as far as that goes without importing.
 
     Args:
@@ -145,13 +212,19 @@ def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
         file: The mission's.
         folders: Where files of leaves may lie, links followed; modules are refused then. None is
             the folder of the mission, and any module.
+        is_node: Whether it makes nodes, and is no leaf.
 
     Raises:
         PythonError: For an entry point or a file that is not there, or is not allowed.
     """
     where, name = parts_of(target)
     if not name and not where.endswith(".py"):
-        _entry_point(where)
+        if is_node:
+            find_program(target, file)
+        else:
+            _entry_point(where)
+        if folders is not None and is_node:
+            raise PythonError("BT-216", f"the program {quoted(where)} must not be run here")
     elif where.endswith(".py"):
         path = _leaf_file(where, file)
         if folders is not None and not is_within(path, folders):

@@ -81,6 +81,7 @@ class Host(Protocol):
     is_over: bool
     executors: WeakSet[Any]
     polls: dict[Wait, Callable[[], bool]]
+    goals: Any
 
     def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
         """Suspend the call whose code runs, for a wait or a time."""

@@ -93,7 +93,7 @@ class ProgramExecutor(Executor):
         if program is None and call is None:
             raise RuntimeError("an executor of a program is made by its code")
         self.program: Program = program or call.program
-        self._host = self.program.host
+        self.host = self.program.host
         self._ordered: list[Node] = []
         self._spins: list[Spin] = []
         self._lives: list[Life] = []
@@ -105,7 +105,7 @@ class ProgramExecutor(Executor):
         """Exceptions of callbacks in other threads."""
         self.turn: list[int] = []
         """Those whose turn it is; the last one is the next."""
-        self._host.executors.add(self)
+        self.host.executors.add(self)
         super().__init__(context=context)
 
     @classmethod
@@ -152,7 +152,7 @@ class ProgramExecutor(Executor):
             return False
         self._ordered.append(node)
         super().add_node(node)
-        self._host.serve(node, self)
+        self.host.serve(node, self)
         return True
 
     @override
@@ -160,7 +160,7 @@ class ProgramExecutor(Executor):
         if node in self._ordered:
             self._ordered.remove(node)
             super().remove_node(node)
-            self._host.unserve(node, self)
+            self.host.unserve(node, self)
 
     @override
     def get_nodes(self) -> list[Node]:
@@ -168,13 +168,13 @@ class ProgramExecutor(Executor):
 
     @override
     def wake(self) -> None:
-        self._host.wake(self)
+        self.host.wake(self)
 
     @override
     def create_task(
         self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
     ) -> Task:
-        return self._host.create_task(self, callback, args, kwargs)
+        return self.host.create_task(self, callback, args, kwargs)
 
     @override
     def shutdown(self, timeout_sec: float | None = None) -> bool:
@@ -232,7 +232,7 @@ class ProgramExecutor(Executor):
         self._spins.append(spin)
         try:
             limit_ns = None if timeout_s is None else round(timeout_s * NS)
-            self._host.wait(spin.wait, limit_ns)
+            self.host.wait(spin.wait, limit_ns)
         finally:
             self._spins.remove(spin)
 
@@ -271,11 +271,11 @@ class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
         if not self.blocked:
             return
         wait = Wait("waits for callbacks in other threads")
-        self._host.polls[wait] = lambda: not self.blocked
+        self.host.polls[wait] = lambda: not self.blocked
         try:
-            self._host.wait(wait)
+            self.host.wait(wait)
         finally:
-            del self._host.polls[wait]
+            del self.host.polls[wait]
 
     @override
     def free(self) -> Spin | None:
@@ -288,7 +288,7 @@ class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
 
     @override
     def life_for(self, spin: Spin) -> Life:
-        return self._lives.pop() if self._lives else self._host.new_life()
+        return self._lives.pop() if self._lives else self.host.new_life()
 
     @override
     def free_life(self, life: Life) -> None:

@@ -12,6 +12,9 @@ from rclpy.node import Node
 from rclpy.task import Future
 from typing_extensions import override
 
+from bt_mission.executors.serving import ServingExecutor
+from bt_mission.programs.executors import ProgramExecutor
+
 WORDS = {
     GoalEvent.EXECUTE: "executing",
     GoalEvent.CANCEL_GOAL: "canceling",
@@ -164,8 +167,10 @@ class ServedGoals:
 
 def _goals_of(server: ActionServer) -> ServedGoals | None:
     executor = server._node.executor
-    host = getattr(executor, "host", None) or getattr(executor, "_host", None)
-    return getattr(host, "goals", None)
+    if isinstance(executor, ProgramExecutor | ServingExecutor) and executor.host is not None:
+        goals: ServedGoals = executor.host.goals
+        return goals
+    return None
 
 
 class ObservedGoalHandle(ServerGoalHandle):

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures.thread import _worker  # what its threads run
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from traceback import StackSummary, TracebackException
@@ -141,12 +142,21 @@ class WholeProgram:
         arguments: After its name on the command line.
         say: Receives the lines that it prints, each after its virtual time, s.
         end: Receives its exit code.
+        module: Its module, as for ``python -m``; empty for a file.
+        function: What a console script calls in that module.
     """
 
     file: Path
     arguments: Sequence[str]
     say: Callable[[float, str], None]
     end: Callable[[int], None]
+    module: str = ""
+    function: str = ""
+
+    @property
+    def name(self) -> str:
+        """That of the file, or of the module."""
+        return self.module.rpartition(".")[2] or self.file.stem
 
 
 class MainProgram(Program):
@@ -157,6 +167,8 @@ class MainProgram(Program):
         file: The file, absolute.
         arguments: After its name on the command line.
         say: Receives the lines that it prints.
+        module: Its module, as for ``python -m``; empty for a file.
+        function: What a console script calls in that module.
     """
 
     def __init__(
@@ -166,9 +178,12 @@ class MainProgram(Program):
         file: Path,
         arguments: Sequence[str],
         say: Callable[[str], None],
+        module: str = "",
+        function: str = "",
     ) -> None:
-        super().__init__(host, file.stem, seed, None)
+        super().__init__(host, module.rpartition(".")[2] or file.stem, seed, None)
         self.file, self.argv = file, [str(file), *arguments]
+        self._module, self._function = module, function
         self.output = _Lines(say)
         self.exit_code: int | None = None
         """None while it runs."""
@@ -222,12 +237,13 @@ class MainProgram(Program):
         modules.update(self._modules)
         if len(modules) != self._count:
             self._known, self._count = set(modules), len(modules)
-        sys.path.insert(0, self._folder)
+        if not self._module:
+            sys.path.insert(0, self._folder)
 
     @override
     def swap_out(self) -> None:
         sys.argv, sys.stdout, sys.stderr = self._outside
-        if self._folder in sys.path:
+        if not self._module and self._folder in sys.path:
             sys.path.remove(self._folder)
         if len(sys.modules) != self._count:
             self._take_new_modules()
@@ -301,16 +317,35 @@ class MainProgram(Program):
             shown.stack = StackSummary.from_list(own)
             shown = shown.__cause__ or shown.__context__
         self.output.write("".join(text.format()))
+        if isinstance(error, ModuleNotFoundError) and error.name:
+            name = error.name.partition(".")[0]
+            self.output.write(
+                f"The package of the module '{name}' is not installed in {sys.prefix}. Install it "
+                "with pip, or source the workspace that has it. [BT-215]\n"
+            )
 
     def _run_file(self) -> None:
         """Run the file, and its `main` if it only defines one, as a console script does."""
-        loader = SourceFileLoader("__main__", str(self.file))
-        spec = importlib.util.spec_from_file_location("__main__", self.file, loader=loader)
+        if self._function:
+            main: Any = import_module(self._module)
+            for name in self._function.split("."):
+                main = getattr(main, name)
+            raise SystemExit(main())
+        name = self._module or "__main__"
+        if self._module and self.file.name == "__main__.py":
+            name += ".__main__"
+        loader = SourceFileLoader(name, str(self.file))
+        spec = importlib.util.spec_from_file_location(name, self.file, loader=loader)
         assert spec is not None
         module = importlib.util.module_from_spec(spec)
+        module.__name__ = "__main__"
+        if not self._module:
+            module.__spec__ = None
+        elif module.__package__:
+            import_module(module.__package__)
         self._hidden["__main__"] = sys.modules.get("__main__")
         self._modules["__main__"] = sys.modules["__main__"] = module
-        loader.exec_module(module)
+        exec(loader.get_code(name), vars(module))  # noqa: S102 - what it is for
         main = getattr(module, "main", None)
         if not self.has_ros and callable(main):
             main()

@@ -168,12 +168,12 @@ class OwnNodes:
     def _run(self, host: ProgramHost, factory: NodeFactory, seed: str, namespace: str) -> None:
         """Run a whole program, whose lines go to the standard error output."""
         try:
-            file, arguments = find_program(factory.target, factory.file)
+            program = find_program(factory.target, factory.file)
         except PythonError as error:
             _refuse(factory, error.message, error.hint, error.code)
+        arguments = program.arguments
         if namespace:
-            arguments += ["--ros-args", "-r", f"__ns:=/{namespace}"]
-        shown = factory.name or file.stem
+            arguments = [*arguments, "--ros-args", "-r", f"__ns:=/{namespace}"]
 
         def say(time_s: float, line: str) -> None:
             sys.stderr.write(f"{time_s:9.2f} s  {shown}: {escape_lines(line)}\n")
@@ -181,9 +181,10 @@ class OwnNodes:
         def end(exit_code: int) -> None:
             say(host.time_s, f"ended with exit code {exit_code}")
 
-        program = WholeProgram(file, arguments, say, end)
+        whole = WholeProgram(program.file, arguments, say, end, program.module, program.function)
+        shown = factory.name or whole.name
         try:
-            self.start(host, program, seed)
+            self.start(host, whole, seed)
         except BtMissionError as error:
             _refuse(factory, str(error))
 
@@ -195,9 +196,15 @@ class OwnNodes:
         """
         self._host = host
         program = MainProgram(
-            host, seed, whole.file, whole.arguments, lambda line: whole.say(host.time_s, line)
+            host,
+            seed,
+            whole.file,
+            whole.arguments,
+            lambda line: whole.say(host.time_s, line),
+            whole.module,
+            whole.function,
         )
-        if copies := sum(other.file.stem == program.name for other in self.programs):
+        if copies := sum(other.file == program.file for other in self.programs):
             program.name = f"{program.name}_{copies + 1}"  # goals are told apart by it
         self.programs.append(program)
         try:

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.stamps import NS
-from bt_mission.language.plugins import find_program, words_of
+from bt_mission.core.wall_clock import Pacer
+from bt_mission.language.plugins import called_program, words_of
 from bt_mission.programs.mains import WholeProgram
+from bt_mission.sessions.drive import Steps
 from bt_mission.sessions.load import load
+from bt_mission.sessions.session import Onlooker
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_robot import StageOptions
 
 MISSION = "mission: play\nworld: empty_arena\ntree: {wait: 1000000}\n"
 """Waits for longer than any program."""
+
+
+WHY = {
+    "ended": "all programs have ended",
+    "idle": "the programs that remain only wait to be asked, and nobody will ask them",
+    "limit": "the time is over",
+    "interrupted": "interrupted",
+}
+"""Why programs have ended, in words."""
 
 
 @dataclass
@@ -30,79 +43,129 @@ class Played:
         time_s: Virtual time, s.
         lines: What they have printed: time s, name, line.
         why: Why it has ended: ``ended``, ``idle``, ``limit`` or ``interrupted``.
+        flaws: A line for each callback that has held the clock.
     """
 
     exit_codes: dict[str, int | None]
     time_s: float = 0.0
     lines: list[tuple[float, str, str]] = field(default_factory=list)
     why: str = "ended"
+    flaws: list[str] = field(default_factory=list)
+
+    @property
+    def verdict(self) -> str:
+        """Why it has ended, in one line."""
+        return f"{self.time_s:g} s: {WHY[self.why]}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by name, ready for JSON."""
         return vars(self)
 
 
-def play(
-    programs: Sequence[str],
-    arguments: Sequence[str] = (),
-    *,
-    world: str | None = None,
-    robot: str | None = None,
-    seed: int | None = None,
-    limit_s: float | None = None,
-    say: Callable[[float, str, str], None] = lambda *_: None,
-) -> Played:
-    """Play programs until all have ended, none will do anything more, or a time is over.
-
-    A signal is sent to all of them, as a terminal does; a second one ends the run.
+class Playing:
+    """Programs on a stage.
 
     Args:
-        programs: Their files, each with its own arguments after a space.
+        programs: Files, modules or console scripts, each with its own arguments after a space.
         arguments: For all of them.
         limit_s: Virtual time, s.
         say: Receives each line that they print: time s, name, line.
+        options: Of the stage.
 
     Raises:
         BtMissionError: A program cannot be used, or a callback cannot continue.
     """
-    lines = [words_of(text) or [""] for text in programs]
-    names = [Path(words[0]).stem for words in lines]
-    played = Played(dict.fromkeys(_told_apart(names)))
 
-    def whole(name: str, words: Sequence[str]) -> WholeProgram:
-        where = Path(words[0]).resolve()
-        target = shlex.join([where.name, *words[1:], *arguments])
-        file, words = find_program(target, str(where.parent / "play"))
+    def __init__(
+        self,
+        programs: Sequence[str],
+        arguments: Sequence[str] = (),
+        *,
+        world: str | None = None,
+        robot: str | None = None,
+        seed: int | None = None,
+        limit_s: float | None = None,
+        say: Callable[[float, str, str], None] = lambda *_: None,
+        options: StageOptions | None = None,
+    ) -> None:
+        called = [called_program([*words_of(text), *arguments]) for text in programs]
+        names = [each.module.rpartition(".")[2] or each.file.stem for each in called]
+        self.played = Played(dict.fromkeys(_told_apart(names)))
+        self._say, self._limit_s = say, limit_s
+        whole = [
+            WholeProgram(
+                each.file,
+                each.arguments,
+                partial(self._take, name),
+                partial(self.played.exit_codes.__setitem__, name),
+                each.module,
+                each.function,
+            )
+            for name, each in zip(self.played.exit_codes, called, strict=True)
+        ]
+        mission = load(MISSION, world=world, robot=robot, seed=seed)
+        options = replace(options or StageOptions(), programs=whole)
+        self.stage = Stage(mission, image_folder=Path("images"), options=options)
+        try:
+            self.stage.offer_all()
+        except BaseException:
+            self.stage.__exit__(None, None, None)
+            raise
 
-        def take(time_s: float, line: str) -> None:
-            played.lines.append((time_s, name, line))
-            say(time_s, name, line)
+    def __enter__(self) -> Self:
+        """Have the stage taken down at the end."""
+        return self
 
-        return WholeProgram(file, words, take, lambda code: played.exit_codes.update({name: code}))
+    def __exit__(self, *error: object) -> None:
+        self.stage.__exit__(*error)
 
-    chosen = [whole(name, words) for name, words in zip(played.exit_codes, lines, strict=True)]
-    mission = load(MISSION, world=world, robot=robot, seed=seed)
-    options = StageOptions(programs=chosen)
-    interrupts = InterruptSignals(2)
-    with interrupts, Stage(mission, image_folder=Path("images"), options=options) as stage:
-        stage.offer_all()
+    def steps(
+        self,
+        interrupts: InterruptSignals,
+        onlookers: Sequence[Onlooker] = (),
+        speed: float | None = None,
+    ) -> Steps[Played]:
+        """Play until all have ended, none will do anything more, or a time is over.
+
+        A signal is sent to all of them, as a terminal does; a second one ends the run.
+
+        Args:
+            speed: Virtual seconds per second; None is as fast as possible.
+        """
+        stage, played = self.stage, self.played
+        pacer = Pacer(speed, stage.now_ns)
         was_interrupted = False
-        while None in played.exit_codes.values():
-            if interrupts.count and not was_interrupted:
-                was_interrupted = True
-                stage.interrupt_programs()
-                continue
-            if interrupts.count > 1 or stage.has_idle_programs:
-                played.why = "interrupted" if was_interrupted else "idle"
-                break
-            if limit_s is not None and played.time_s >= limit_s:
-                played.why = "limit"
-                break
-            stage.step()
-            played.time_s = (stage.now_ns - START_NS) / NS
-            if stage.is_done:
-                raise BtMissionError(stage.runs[0].executive.reason, code="BT-903")
-    return played
+        with ExitStack() as stack:
+            for onlooker in onlookers:
+                stage.attach(onlooker)
+                stack.callback(onlooker.close)
+            while None in played.exit_codes.values():
+                if interrupts.count and not was_interrupted:
+                    was_interrupted = True
+                    stage.interrupt_programs()
+                    continue
+                left = next((each.why_left for each in onlookers if each.why_left), None)
+                if interrupts.count > 1 or left or stage.has_idle_programs:
+                    is_idle = not (was_interrupted or left)
+                    played.why = "idle" if is_idle else "interrupted"
+                    break
+                if self._limit_s is not None and played.time_s >= self._limit_s:
+                    played.why = "limit"
+                    break
+                stage.step()
+                played.time_s = (stage.now_ns - START_NS) / NS
+                if stage.is_done:
+                    raise BtMissionError(stage.runs[0].executive.reason, code="BT-903")
+                while speed is not None and not interrupts.count:
+                    if (ahead_s := pacer.ahead_s(stage.now_ns)) <= 0:
+                        break
+                    yield ahead_s
+                yield 0.0
+        return played
+
+    def _take(self, name: str, time_s: float, line: str) -> None:
+        self.played.lines.append((time_s, name, line))
+        self._say(time_s, name, line)
 
 
 def _told_apart(names: Sequence[str]) -> list[str]:

@@ -90,13 +90,13 @@ def stage_facts(
     return {"stage": json.dumps(known)}
 
 
-def _further_nodes(mission: Mission, options: StageOptions) -> Iterator[tuple[str, str]]:
-    """Yield file and target of the user's nodes that the mission's own file does not name.
+def _further_nodes(mission: Mission, options: StageOptions) -> Iterator[tuple[str, str, str]]:
+    """Yield file, target and name of the user's nodes that the mission's own file does not name.
 
     The file is empty for those that were given in Python.
     """
     for node in mission.nodes:
         if node.document is not mission.document:
-            yield mission.portable_name(node.file), node.target
+            yield mission.portable_name(node.file), node.target, node.name
     for given in options.nodes:
-        yield "", name_of(given)
+        yield "", name_of(given), ""

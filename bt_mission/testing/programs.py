@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from bt_mission.faults.errors import ScenarioError
-from bt_mission.language.plugins import find_program
+from bt_mission.language.plugins import called_program
 from bt_mission.programs.goals import ObservedGoal
 from bt_mission.programs.mains import MainProgram, WholeProgram
 from bt_mission.testing.run import LIMIT_S, Run
@@ -30,7 +29,7 @@ class ProgramRun:
     """A whole program on the stage of a run.
 
     Args:
-        file: The program.
+        file: The program: a file, a module, or a console script of an installed package.
         arguments: After its name on the command line.
         run: The run beside which it runs.
 
@@ -40,15 +39,20 @@ class ProgramRun:
     """
 
     def __init__(self, file: str | Path, arguments: Sequence[str], run: Run) -> None:
-        path = Path(file).resolve()
-        target = shlex.join([path.name, *map(str, arguments)])
-        program, words = find_program(target, str(path.parent / "test"))
+        program = called_program([str(file), *map(str, arguments)])
         self.run = run
         self.exit_code: int | None = None
         """None while it runs."""
         self.output: list[PrintedLine] = []
         """The lines that it has printed."""
-        whole = WholeProgram(program, words, self._take, self._end)
+        whole = WholeProgram(
+            program.file,
+            program.arguments,
+            self._take,
+            self._end,
+            program.module,
+            program.function,
+        )
         self._program: MainProgram = run.stage.start_program(whole)
         self.name = self._program.name
         """That of the file; a second copy is `NAME_2`."""

@@ -150,21 +150,24 @@ class Stages:
         world: str | Path | None = None,
         robot: str | None = None,
         seed: int | None = None,
+        **options: Any,
     ) -> ProgramRun:
         """Start a program, unchanged, beside the run on the stage, or alone.
 
         ``client = stage.program("client.py", arguments=["--speed", "0.2"])``
 
         Args:
-            file: A Python file.
+            file: A Python file, a module, or a console script of an installed package.
             arguments: After its name on the command line.
             world: A file, name or text, if it is alone; so are `robot` and `seed`.
+            options: If it is alone, for
+                :class:`bt_mission.sessions.stage_robot.StageOptions`: ``without=["turn"]``.
 
         Raises:
             PythonError: The file does not exist, or is no program.
-            ScenarioError: There is a run, and a world, robot or seed is given.
+            ScenarioError: There is a run, and a world, robot, seed or option is given.
         """
-        given = {"world": world, "robot": robot, "seed": seed}
+        given = {"world": world, "robot": robot, "seed": seed, **options}
         run = self._present
         if run is None:
             run = self.run(ALONE, **given)  # type: ignore[arg-type]  # of these names
@@ -340,11 +343,13 @@ class Stages:
 
     def _begin(self, mission: Mission, options: Mapping[str, Any]) -> Run:
         """Put a mission on the stage."""
+        options = dict(options)
+        without = options.pop("without", ())
         made = Run(
             mission,
             self.folder,
             context=self.context,
-            without=tuple(name.strip("/") for name in self.scripted),
+            without=(*(name.strip("/") for name in self.scripted), *without),
             **{
                 "props": MOST_OBSTACLES,
                 "default_nature": self.nature,

@@ -12,6 +12,7 @@ from tests.support.command_line import CommandLine
 from tests.support.project import ROOT
 
 CODE = ROOT / "docs" / "tutorials" / "code"
+EXPECTED = "expected a Python file, an installed module or console script, got"
 
 
 @pytest.mark.parametrize(
@@ -22,8 +23,8 @@ def test_a_server_and_a_client_are_played(
     cli: CommandLine, threads: str, line: tuple[float, str]
 ) -> None:
     """It ends when the server only waits; the code is that of the programs."""
-    server, client = f"{CODE}/sleepy_server.py{threads}", f"{CODE}/impatient_client.py"
-    played = json.loads(cli(f"play '{server}' {client} --json"))
+    server, client = f"{CODE}/sleepy_server.py", f"{CODE}/impatient_client.py"
+    played = json.loads(cli(f"play {server} {client} --json --{threads}"))
     assert played["exit_codes"] == {"sleepy_server": None, "impatient_client": 0}
     assert played["lines"][-1] == [line[0], "impatient_client", line[1]]
     assert (played["time_s"], played["why"]) == (line[0], "idle")
@@ -48,16 +49,68 @@ def test_a_program_uses_the_robot_until_its_time_is_over(cli: CommandLine, tmp_p
     )
     out = cli(f"play {program} --for 2", 124)
     assert "     0.25 s  listens: True\n" in out
-    assert out.count("listens: scan") >= 8
+    scans = out.count("listens: scan")
+    assert scans >= 8
     assert out.endswith("listens: runs\n2 s: the time is over\n")
+    kept = f"--record {tmp_path}/run.mcap --report {tmp_path}/run.html"
+    out = cli(f"play {program} --for 2 --fault 'at 1.0: drop scan' --speed 1000 {kept}", 124)
+    assert 0 < out.count("listens: scan") < scans - 3
+    assert out.endswith(f"  recorded to {tmp_path}/run.mcap\n  report: {tmp_path}/run.html\n")
+    assert "fault 1 begins: drop topic scan" in cli(f"replay {tmp_path}/run.mcap")
+
+
+def test_a_program_may_be_a_module_or_a_console_script(
+    cli: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `python -m` runs it, or as pip installs it; both have their arguments."""
+    package, installed = tmp_path / "fleet_tools", tmp_path / "fleet_tools-1.0.dist-info"
+    for folder in (package, installed):
+        folder.mkdir()
+    (package / "__init__.py").write_text("", encoding="utf-8")
+    (package / "words.py").write_text("hello = 'hello'\n", encoding="utf-8")
+    (package / "says.py").write_text(
+        "import sys, rclpy\nfrom .words import hello\n"
+        "def main():\n    rclpy.init()\n    print(hello, __name__, *sys.argv[1:])\n    return 3\n"
+        "if __name__ == '__main__':\n    main()\n",
+        encoding="utf-8",
+    )
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: fleet_tools\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text(
+        "[console_scripts]\ngreet = fleet_tools.says:main\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    out = cli("play fleet_tools.says 'greet b' -- --ros-args -p c:=1", 3)
+    assert "says_1: hello __main__ --ros-args -p c:=1\n" in out
+    assert "says_2: hello fleet_tools.says b --ros-args -p c:=1\n" in out
+    mission = tmp_path / "greets.yaml"
+    mission.write_text(
+        "mission: m\nworld: empty_arena\nnodes: [{program: greet, arguments: [d], name: host}]\n"
+        "tree: {wait: 1}\n",
+        encoding="utf-8",
+    )
+    cli(f"run {mission}")
+    assert "host: hello fleet_tools.says d\n" in cli.err
+
+
+def test_code_that_holds_the_clock_is_named(cli: CommandLine, tmp_path: Path) -> None:
+    """With --strict it fails."""
+    program = tmp_path / "computes.py"
+    program.write_text(
+        "import time, rclpy\nrclpy.init()\nend = time.process_time() + 2.5\n"
+        "while time.process_time() < end:\n    pass\n",
+        encoding="utf-8",
+    )
+    out = cli(f"play {program} --strict", 1)
+    assert out.endswith("the times are wrong: <module> (computes.py:4) held the clock [BT-918]\n")
 
 
 @pytest.mark.parametrize(
     ("word", "message"),
     [
-        ("/", "expected a Python file, got ''"),
-        ("''", "expected a Python file, got "),
-        ("mine.yaml", "expected a Python file, got 'mine.yaml'"),
+        ("/", f"{EXPECTED} '/'"),
+        ("''", f"{EXPECTED} ''"),
+        ("none.none", f"{EXPECTED} 'none.none'"),
+        ("mine.yaml", f"{EXPECTED} 'mine.yaml'"),
         ("absent.py", "no such file: absent.py"),
         ('"\\""', "the arguments cannot be read: No closing quotation"),
     ],

@@ -157,3 +157,34 @@ def test_what_cannot_be_tested_is_refused(stage: Stages, tmp_path: Path) -> None
     )
     with pytest.raises(BtMissionError, match=r"without=\[name\]"):
         stage.program(tmp_path / "turns.py")
+
+
+def test_a_program_may_serve_an_action_of_ours(stage: Stages, tmp_path: Path) -> None:
+    """If it is alone, too: `without` leaves ours out."""
+    (tmp_path / "turns.py").write_text(
+        "import rclpy\nfrom bt_mission_interfaces.action import Turn\n"
+        "from rclpy.action import ActionClient, ActionServer\nrclpy.init()\n"
+        "node = rclpy.create_node('turns')\n"
+        "def turn(goal):\n    goal.succeed()\n    return Turn.Result(angle_turned=7.0)\n"
+        "server = ActionServer(node, Turn, 'turn', turn)\n"
+        "client = ActionClient(node, Turn, 'turn')\n"
+        "goal = client.send_goal_async(Turn.Goal())\nrclpy.spin_until_future_complete(node, goal)\n"
+        "end = goal.result().get_result_async()\nrclpy.spin_until_future_complete(node, end)\n"
+        "print(end.result().result.angle_turned)\nnode.create_timer(0.5, rclpy.shutdown)\n"
+        "rclpy.spin(node)\n",
+        encoding="utf-8",
+    )
+    program = stage.program(tmp_path / "turns.py", world="empty_arena", without=["turn"])
+    assert program.until_done(within=1) == 0
+    assert program.text == "7.0\n"
+
+
+def test_faults_reach_programs(stage: Stages) -> None:
+    """A requirement is checked of the run, and the program drives on without odometry."""
+    driver = stage.program(ROOT / "campaigns" / "programs" / "driver.py", world="empty_arena")
+    driver.run.at(1.0, stage.faults.drop("odom", lasting=3.0))
+    assert driver.until_done(within=10) == 0
+    assert driver.output[-1].text == "there"
+    assert driver.output[-1].time_s >= 4.0
+    assert driver.run.check("eventually x > 0.7")
+    assert driver.run.check("always clearance > 0.1")

@@ -52,7 +52,7 @@ def _code_diagnostics(
         yield document.diagnostic("BT-216", path, message, permissions.hint)
         return
     try:
-        locate(target, document.file, permissions.folders)
+        locate(target, document.file, permissions.folders, is_node=what == "node")
     except PythonError as error:
         yield document.diagnostic(error.code, path, error.message, error.hint)
         return

@@ -28,6 +28,7 @@ _SHORT_TYPE = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 _FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _NODE_OR_PROGRAM = re.compile(rf"{_FACTORY.pattern}|[\w./-]+\.py(\s[^\x00-\x1f]*)?")
+_PROGRAM = re.compile(r"[\w./-]+\.py|[A-Za-z_][\w-]*(\.\w+)*")
 _TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
 _TREE_NAME = re.compile(r"[^\W\d][\w-]*")
 _QUANTITY = re.compile(r"[-+ ]*[.0-9]")
@@ -375,8 +376,11 @@ def node_entry(value: Any) -> str | ProgramEntry:
         hint = did_you_mean(unknown[0], _ENTRY_KEYS)
         raise refusal(f"unknown key '{unknown[0]}' (keys: {listed(_ENTRY_KEYS)})", hint)
     program, words = value.get("program"), value.get("arguments", [])
-    if not isinstance(program, str) or not program.endswith(".py"):
-        raise refusal(f"program: expected a file such as 'server.py', got {describe(program)}")
+    if not isinstance(program, str) or not _PROGRAM.fullmatch(program):
+        raise refusal(
+            "program: expected a file such as 'server.py', a module or a console script, got "
+            f"{describe(program)}"
+        )
     if not isinstance(words, list) or any(isinstance(word, dict | list) for word in words):
         raise refusal(f"arguments: expected a list of words, got {describe(words)}")
     name = value.get("name", "")

@@ -24,6 +24,7 @@ from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.loader import Examined, read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
+from bt_mission.language.nodes.fields import ProgramEntry
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
 from bt_mission.language.revision import compare
@@ -354,7 +355,7 @@ def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
             f"{path}: another simulator moved the robot, {stage['simulator']}; only runs in MuJoCo"
             " can be forked"
         )
-    if made := [target for name, target in stage["nodes"] if not name]:
+    if made := [target for name, target, *_ in stage["nodes"] if not name]:
         raise ForkError(f"{path}: needs nodes that a program created: {', '.join(made)}")
     if facts.changes:
         raise ForkError(
@@ -472,8 +473,9 @@ def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:
     """Yield the factories of the user's nodes that the mission's file does not name."""
     stage = facts.stage
     assert stage is not None, "it was refused"
-    for name, target in stage["nodes"]:
-        yield from node_factories(read_text(json.dumps({"nodes": [target]}), name), [target])
+    for name, target, *shown in stage["nodes"]:
+        entry = ProgramEntry(target, *shown) if shown else target
+        yield from node_factories(read_text(json.dumps({"nodes": [target]}), name), [entry])
 
 
 def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:
