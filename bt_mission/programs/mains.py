@@ -345,7 +345,7 @@ class MainProgram(Program):
             import_module(module.__package__)
         self._hidden["__main__"] = sys.modules.get("__main__")
         self._modules["__main__"] = sys.modules["__main__"] = module
-        exec(loader.get_code(name), vars(module))  # noqa: S102 - what it is for
+        exec(loader.get_code(name) or "", vars(module))  # noqa: S102 - what it is for
         main = getattr(module, "main", None)
         if not self.has_ros and callable(main):
             main()

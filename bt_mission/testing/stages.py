@@ -170,7 +170,7 @@ class Stages:
         given = {"world": world, "robot": robot, "seed": seed, **options}
         run = self._present
         if run is None:
-            run = self.run(ALONE, **given)  # type: ignore[arg-type]  # of these names
+            run = self.run(ALONE, **given)
         elif any(value is not None for value in given.values()):
             names = ", ".join(name for name, value in given.items() if value is not None)
             raise ScenarioError(f"{names}: there is a stage already; pass it to the first program")
