@@ -125,7 +125,7 @@ def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
 
 
 def shown_on_screen(session: Session, steps: Steps[R], interrupts: InterruptSignals) -> R:
-    """Carry it out on a full screen, which shows one mission at a time."""
+    """Run it on a full screen, which shows one mission at a time."""
     from bt_mission.ros.local_client import LocalExecutive
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.run_app import RunApp

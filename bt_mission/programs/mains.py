@@ -17,6 +17,7 @@ from typing import Any
 
 from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
 from typing_extensions import override
 
 from bt_mission.core.code_owner import owner_of
@@ -350,4 +351,21 @@ class MainProgram(Program):
         if not self.has_ros and callable(main):
             main()
         if not self.has_ros:
-            raise SystemExit(f"{self.file.name} ended without rclpy.init(): it has no main()")
+            raise SystemExit(self._why_nothing(vars(module)))
+
+    def _why_nothing(self, names: dict[str, Any]) -> str:
+        """Say why a program did nothing, and how its nodes can be used."""
+        file = self.file.name
+        nodes = [
+            f"{file}:{name}"
+            for name, value in names.items()
+            if isinstance(value, type)
+            and issubclass(value, Node)
+            and value.__module__ == "__main__"
+        ]
+        if nodes:
+            return (
+                f"{file} has no main() that calls rclpy.init(). Write one, or have a mission make "
+                f"its node: nodes: [{', '.join(nodes)}]. [BT-215]"
+            )
+        return f"{file} has ended without rclpy.init(): it uses no ROS. [BT-215]"

@@ -146,9 +146,13 @@ class Thread(threading.Thread, metaclass=StandIn):
             self.run()
         except SystemExit:
             pass
-        except Exception:  # noqa: BLE001 - whatever its code raises ends the thread alone
-            arguments = threading.ExceptHookArgs((*sys.exc_info(), self))
-            threading.excepthook(arguments)
+        except Exception as error:  # noqa: BLE001 - whatever its code raises ends the thread alone
+            show = getattr(self._call and self._call.program, "show", None)
+            if show is not None:
+                sys.stderr.write(f"Exception in thread {self.name}:\n")
+                show(error)
+            else:
+                threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), self)))
         finally:
             self._is_over = True
             for wait in self._joining:

@@ -31,7 +31,7 @@ WHY = {
     "limit": "the time is over",
     "interrupted": "interrupted",
 }
-"""Why programs have ended, in words."""
+"""Why programs have ended, for people."""
 
 
 @dataclass

@@ -163,7 +163,42 @@ ENDS = [
         1,
         ["(most recent call last):\n  File", "line 3", "ZeroDivisionError"],
     ),
-    ("class Server: pass\n", 1, ["program.py ended without rclpy.init(): it has no main()"]),
+    ("class Server: pass\n", 1, ["program.py has ended without rclpy.init(): it uses no ROS."]),
+    (
+        "from rclpy.node import Node\nclass Server(Node): pass\n",
+        1,
+        ["program.py has no main()", "nodes: [program.py:Server]"],
+    ),
+    ("import rclpy, cv3\n", 1, ["No module named 'cv3'", "package of the module 'cv3' is not"]),
+    ("import rclpy\ndef main():\n    rclpy.init()\n    print('once')\nmain()\n", 0, ["once"]),
+    (
+        (f"{NODE}import threading\nthreading.Thread(target=lambda: 1 / 0, name='t').start()\n"),
+        0,
+        ["Exception in thread t:", 'program.py", line 5', "ZeroDivisionError"],
+    ),
+    (
+        (
+            f"{NODE}from rclpy.action import ActionServer, ActionClient\n"
+            "from example_interfaces.action import Fibonacci\n"
+            "server = ActionServer(node, Fibonacci, 'f', lambda goal: exit(4))\n"
+            "client = ActionClient(node, Fibonacci, 'f')\n"
+            "client.send_goal_async(Fibonacci.Goal())\nrclpy.spin(node)\n"
+        ),
+        4,
+        [],
+    ),
+    # A node that another executor serves is taken over, as in rclpy.
+    (
+        (
+            f"{NODE}from rclpy.executors import SingleThreadedExecutor\nimport threading\n"
+            "first = SingleThreadedExecutor()\nfirst.add_node(node)\n"
+            "threading.Thread(target=first.spin, daemon=True).start()\n"
+            "node.create_timer(0.5, lambda: print('tick'))\nrclpy.spin_once(node)\n"
+            "print(first.get_nodes())\n"
+        ),
+        0,
+        ["tick\n[]"],
+    ),
     (
         (
             "import atexit, threading, time, rclpy\nrclpy.init()\natexit.register(print, 'exit')\n"
