@@ -367,11 +367,8 @@ class ProgramHost:
         program.output.close()
 
         def end() -> None:
-            main = program.main_call
-            if main is not None and main.wait is not None:
-                over = main.wait.over
-                self._kill(main)
-                over.set_result(None)
+            if program.main_call is not None:
+                self._kill(program.main_call)
 
         self.clock.call_at(self.clock.now_ns, end)
         call.park(Wait("has left", is_timed=True))
@@ -410,6 +407,8 @@ class ProgramHost:
                     waitable.destroy()  # type: ignore[no-untyped-call]  # of rclpy
             node.destroy_node()
             del self._programs[node], self._executors[node]
+        if isinstance(program, MainProgram):
+            program.main_call = None
         self.clock.wake()
 
     @property
@@ -575,6 +574,7 @@ class ProgramHost:
     def _kill(self, call: Call) -> None:
         """Have a call run `finally`, and no more."""
         call.is_over = True
+        over = Over() if call.wait is None else call.wait.over
         former = replaced.enter(call.program.context)
         call.program.swap_in()
         try:
@@ -585,6 +585,7 @@ class ProgramHost:
             call.program.swap_out()
             replaced.leave(former)
             self.calls.pop(call, None)
+            over.set_result(None)  # what has awaited it ends, too
 
 
 def _is_raised(error: BaseException) -> bool:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import gc
 import json
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from greenlet import greenlet
+from rclpy.node import Node
 
 from bt_mission.core.diagnostics import InputError
+from bt_mission.programs.calls import Call
 from bt_mission.programs.mains import MainProgram
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
@@ -392,24 +395,33 @@ def test_each_program_has_its_own_process(run: Any) -> None:
     assert before == after
 
 
-def test_many_runs_leave_nothing_behind(run: Any, programs: Any) -> None:
-    """No greenlet, no node, no module."""
+@pytest.mark.parametrize("count", [10, pytest.param(200, marks=pytest.mark.thorough)])
+def test_many_runs_leave_nothing_behind(run: Any, programs: Any, count: int) -> None:
+    """No greenlet, no thread, no node, no module; and no object for each run."""
 
-    def there() -> tuple[int, int, list[str]]:
+    def there() -> Any:
         gc.collect()
-        suspended = sum(isinstance(each, greenlet) for each in gc.get_objects())
-        return suspended, len(programs.rig.clock.get_nodes()), sorted(sys.modules)
+        objects = gc.get_objects()
+        suspended = sum(isinstance(each, greenlet) and not each.dead for each in objects)
+        kept = sum(isinstance(each, MainProgram | Call | Node) for each in objects)
+        nodes = len(programs.rig.clock.get_nodes())
+        return (suspended, nodes, threading.active_count(), sorted(sys.modules)), kept
 
     code = (
-        "import rclpy\nrclpy.init()\nnode = rclpy.create_node('n')\n"
+        "import threading, time, rclpy, numbers_of\nrclpy.init()\n"
+        "node = rclpy.create_node('n')\n"
+        "threading.Thread(target=time.sleep, args=(9,), daemon=True).start()\n"
         "node.create_timer(0.1, rclpy.shutdown)\nrclpy.spin(node)\n"
     )
     run(code)
+    run(code)
     programs.rig.clock.run_until_quiet()
-    before = there()
-    for _ in range(10):
+    before, kept = there()
+    for _ in range(count):
         run(code)
-    assert there() == before
+    after, kept_after = there()
+    assert after == before
+    assert kept_after <= kept
 
 
 MISSION = """\
