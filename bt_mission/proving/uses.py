@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -46,6 +47,10 @@ from bt_mission.ros.interface_types import shapes
 Kind: TypeAlias = Literal["condition", "number", "flow", "elements", "sent", "plain"]
 _TOTAL = frozenset(("abs", "sign", "min", "max", "degrees", "radians", "uniform", "copysign"))
 """Functions without errors."""
+MOST_WHOLE = 2.0**64
+"""No usual number, and no integer of a message, is beyond it."""
+MOST_DEGREES = 60
+"""By which a function makes a number larger at most: degrees of radians."""
 _COORDINATE = Scalar("float64", "number")
 """A number in place of a part of a pose."""
 
@@ -90,6 +95,13 @@ class Use:
         problems: list[TypeMismatch] = []
         conform(self.shape, value, lambda *_: None, problems.append)
         return not problems
+
+    def takes(self, root: SyntaxNode) -> bool:
+        """Does the field take a number, whichever usual numbers it is computed of?"""
+        shape = self.shape
+        if not isinstance(shape, Scalar) or shape.type != "number" or not _is_safe(root):
+            return False
+        return _magnitude(root) <= min(-shape.least, shape.most)
 
     @property
     def ends_of_field(self) -> tuple[float, ...]:
@@ -167,6 +179,8 @@ def _atoms(root: SyntaxNode, use: Use, name: str, fixed: Mapping[str, Any]) -> I
             pass
         case FunctionCall(name="copysign") if use.kind == "sent" and _is_safe(root.arguments[1]):
             parts = root.arguments[:1]  # a field takes a number with both signs, or with none
+        case Arithmetic() if use.kind == "sent" and use.takes(root):
+            pass  # what is not finite makes all of it so
         case Logic() | Not() | Temporal():
             pass
         case Conditional() if use.kind in ("condition", "plain"):
@@ -192,6 +206,22 @@ def _is_total(root: SyntaxNode) -> bool:
 def _is_safe(root: SyntaxNode) -> bool:
     """Is it computed of numbers without an error, whichever they are?"""
     return isinstance(root, Name | Constant) or (_is_total(root) and all(map(_is_safe, root.parts)))
+
+
+def _magnitude(root: SyntaxNode) -> float:
+    """Return what a number is never beyond that is safely computed of usual ones."""
+    match root:
+        case Constant():
+            return abs(root.value) if isinstance(root.value, int | float) else math.inf
+        case Name():
+            return MOST_WHOLE
+    parts = [_magnitude(part) for part in root.parts]
+    match root:
+        case Arithmetic() if root.symbol == "*":
+            return math.prod(parts)
+        case Arithmetic():
+            return sum(parts)
+    return MOST_DEGREES * max(parts)
 
 
 def _walk(root: SyntaxNode) -> Iterator[SyntaxNode]:

@@ -324,11 +324,21 @@ def test_a_number_outside_a_field_is_tried() -> None:
     assert any("outside int8" in reason for reason in proof.failures)
 
 
-def test_a_sign_that_is_sent_is_followed() -> None:
-    """It makes no difference to the field."""
-    angles = ("copysign(90, -gap)", "copysign(uniform(60, 120), -gap)")
-    turns = ", ".join(f"{{turn: {{angle: '{angle}'}}, timeout: 9}}" for angle in angles)
-    assert proof_of(Case("", f"sequence: [{GAP}, {turns}]")).exhaustive
+@pytest.mark.parametrize(
+    ("angle", "is_finite"),
+    [
+        ("copysign(90, -gap)", True),
+        ("copysign(uniform(60, 120), -gap)", True),
+        ("gap - copysign(uniform(60, 120), gap)", False),
+        ("gap * uniform(1, 2)", False),
+    ],
+)
+def test_what_a_field_always_takes_is_followed(angle: str, is_finite: bool) -> None:  # noqa: FBT001
+    """Its sign makes no difference, nor do others with which it is computed, if it is usual."""
+    proof = proof_of(Case("", f"sequence: [{GAP}, {{turn: {{angle: '{angle}'}}, timeout: 9}}]"))
+    assert proof.states == 7
+    assert proof.exhaustive is is_finite
+    assert all(MOST in why for why in proof.why_not)
 
 
 def test_an_acceptance_may_come_after_the_goal_is_given_up() -> None:
