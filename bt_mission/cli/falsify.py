@@ -302,8 +302,9 @@ def _tell_search(session: SearchSession, folder: Path, options: argparse.Namespa
             session.base, state.counterexamples, folder, runs_again=not state.is_interrupted
         )
     except BtMissionError:
-        for found in state.counterexamples:
-            print(f"found: {sentence(found.failure, None, found.candidate)}", file=sys.stderr)
+        for unsaved in state.counterexamples:
+            words = sentence(unsaved.failure, None, unsaved.candidate)
+            print(f"found: {words}", file=sys.stderr)
         raise
     if options.json:
         print(json.dumps(_search_as_dict(session, files, options)))

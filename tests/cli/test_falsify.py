@@ -160,8 +160,8 @@ def test_what_is_found_is_said_where_it_cannot_be_written(
     monkeypatch.setattr(result, "write_file", full)
     search.write("safe.yaml", "requirements:\n  is slow: always speed < 0.1\n")
     search(SEARCH, 2)
-    told, error = search.err.splitlines()[-2:]
-    assert told == "found: requirement 'is slow' is violated without any fault"
+    violation, error = search.err.splitlines()[-2:]
+    assert violation == "found: requirement 'is slow' is violated without any fault"
     assert error.endswith("is_slow.scenario.yaml: No space left on device [BT-1103]")
 
 
