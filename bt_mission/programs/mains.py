@@ -104,22 +104,18 @@ class _Lines(io.TextIOBase):
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self._say, self._begun = say, ""
-        self._lines: list[str] = []
+        self.lines: list[str] = []
+        """Those to pass on."""
 
     @override
     def write(self, text: str) -> int:
         *lines, self._begun = (self._begun + text).split("\n")
-        self._lines += lines
+        self.lines += lines
         return len(text)
-
-    @property
-    def has_lines(self) -> bool:
-        """Whether there are lines to pass on."""
-        return bool(self._lines)
 
     def pass_on(self) -> None:
         """Pass the lines on, once nothing of the program runs."""
-        lines, self._lines = self._lines, []
+        lines, self.lines = self.lines, []
         for line in lines:
             self._say(line)
 
@@ -232,10 +228,12 @@ class MainProgram(Program):
     @override
     def swap_in(self) -> None:
         self._outside = (sys.argv, sys.stdout, sys.stderr)
-        sys.argv, sys.stdout, sys.stderr = self.argv, self.output, self.output
-        modules = sys.modules
-        self._hidden = {name: modules.get(name) for name in self._modules}
-        modules.update(self._modules)
+        sys.argv = self.argv
+        sys.stdout = sys.stderr = self.output
+        modules, hidden = sys.modules, self._hidden
+        for name, module in self._modules.items():
+            hidden[name] = modules.get(name)
+            modules[name] = module
         if len(modules) != self._count:
             self._known, self._count = set(modules), len(modules)
         if not self._module:
@@ -244,16 +242,20 @@ class MainProgram(Program):
     @override
     def swap_out(self) -> None:
         sys.argv, sys.stdout, sys.stderr = self._outside
-        if not self._module and self._folder in sys.path:
-            sys.path.remove(self._folder)
-        if len(sys.modules) != self._count:
+        modules, path, folder = sys.modules, sys.path, self._folder
+        if not self._module:
+            if path[0] == folder:
+                del path[0]
+            elif folder in path:
+                path.remove(folder)
+        if len(modules) != self._count:
             self._take_new_modules()
         for name, hidden in self._hidden.items():
             if hidden is not None:
-                sys.modules[name] = hidden
+                modules[name] = hidden
             else:
-                sys.modules.pop(name, None)
-        if self.output.has_lines:
+                modules.pop(name, None)
+        if self.output.lines:
             self.output.pass_on()
 
     def _take_new_modules(self) -> None:
