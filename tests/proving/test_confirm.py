@@ -225,7 +225,8 @@ follow:
     - log: $is_on"""
     (silent,) = run_all(tmp_path, tree, head, faults=1)
     assert "/on is silent for 2 s" in silent.steps
-    assert scenario_of(silent)["faults"][1:] == [
+    assert scenario_of(silent)["faults"] == [
+        "at 0.0: drop on lasting 0.1",
         "at 0.1: publish on every 0.05 lasting 0.075",
         "at 0.175: drop on",
     ]
