@@ -20,6 +20,7 @@ const at = { name: "", page: newPage(), base: "", kept: "", restored: [], leads:
 let vocabulary, text, drafts, drawing, form, palette, runs, plan, faults, world;
 let checkTimer = 0;
 let acts = Promise.resolve();
+let opening = Promise.resolve();
 const outlines = new Map(); // the boxes of the last texts, for undo
 
 // ---- notices -----------------------------------------------------------------------------------
@@ -421,9 +422,22 @@ async function listFiles() {
   return answer.files;
 }
 
+// Opens one file after another; of those that wait, only the last.
 async function openFile(name) {
-  const opened = await ask("open", { name });
+  at.wanted = name;
+  const before = opening;
   const stay = (words) => { refuse(words); byId("files").value = at.name; };
+  opening = before.then(() => (at.wanted === name ? show(name, stay) : null)).catch((error) => stay(error.message));
+  await opening;
+  if (at.name !== name) return;
+  await share();
+  if (at.leads) await check();
+  else await look();
+  drawing.orient();
+}
+
+async function show(name, stay) {
+  const opened = await ask("open", { name });
   if (opened.error) { stay(opened.error); return; }
   try {
     await drafts.keep();
@@ -449,10 +463,7 @@ async function openFile(name) {
   offerTexts();
   byId("files").value = name;
   location.hash = encodeURIComponent(name);
-  await share();
-  if (at.leads) await check();
-  else await look();
-  drawing.orient();
+  showState();
 }
 
 // Shows the drawing of a text that another page edits.
@@ -553,7 +564,7 @@ function listen() {
   byId("redo").addEventListener("click", () => text.redo());
   byId("save").addEventListener("click", showDifference);
   byId("file-acts").addEventListener("click", () => fileWindow(at, openWindow, refuse, () => drafts.keep(), openNext));
-  byId("files").addEventListener("change", () => openFile(byId("files").value));
+  byId("files").addEventListener("change", () => openFile(byId("files").value).catch((error) => connected(error.message, true)));
   byId("run").addEventListener("click", () => run(""));
   byId("run-to").addEventListener("click", () => wanted("run-to"));
   byId("show-map").addEventListener("click", () => wanted("map"));

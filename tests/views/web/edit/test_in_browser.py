@@ -530,6 +530,30 @@ async def test_what_was_typed_survives_another_file_and_another_page(editor: Edi
 
 
 @played("play", text=TWO_LINES, folder=True)
+async def test_of_files_chosen_one_after_another_the_last_is_shown(editor: Editor) -> None:
+    """One that cannot be opened leaves the file before it, and says why."""
+    for name in ("first.yaml", "last.yaml"):
+        (editor.file.parent / name).write_text(f"# {name}\n{TWO_LINES}")
+
+    async def choose(*names: str) -> None:
+        await editor.look(
+            f"((files, names) => names.forEach((name) => {{ files.add(new Option(name)); "
+            "files.value = name; files.dispatchEvent(new Event('change')); }))"
+            f"(document.getElementById('files'), {list(names)})"
+        )
+
+    await editor.until("document.title.startsWith('explore.yaml')")
+    await choose("first.yaml", "last.yaml")
+    await editor.until("location.hash === '#last.yaml'")
+    assert "# last.yaml" in await editor.look(f"{TEXT}.textContent")
+    await choose("/outside.yaml")
+    await editor.until("document.getElementById('files').value === 'last.yaml'")
+    await editor.until(
+        "document.getElementById('banner-refusal').textContent.includes('outside')"
+    )
+
+
+@played("play", text=TWO_LINES, folder=True)
 async def test_files_of_a_folder_and_a_file_that_changed_on_disk(editor: Editor) -> None:
     """A file is created, renamed and deleted; of two versions each place can be chosen."""
     window = "document.getElementById('window')"
