@@ -34,7 +34,8 @@ def robot_of(node: str) -> str:
 Number = Annotated[float, Field(ge=-LARGEST_NS, le=LARGEST_NS, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=LARGEST_NS)]
 Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
-Two = Annotated[list[str], Field(min_length=2, max_length=2)]
+OwnNode = Annotated[list[str], Field(min_length=3, max_length=3)]
+"""The file that names it, its target, and the name of a program or nothing."""
 
 
 def _with_nature(written: dict[str, Any]) -> dict[str, Any]:
@@ -59,7 +60,7 @@ class Stage(TypedDict):
     has_tools: bool
     is_visible: bool
     robots: Annotated[list[StageRobot], Field(min_length=1)]
-    nodes: list[Two]
+    nodes: list[OwnNode]
 
 
 _KINDS: Mapping[str, Mapping[str, Any]] = {

@@ -355,7 +355,7 @@ def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
             f"{path}: another simulator moved the robot, {stage['simulator']}; only runs in MuJoCo"
             " can be forked"
         )
-    if made := [target for name, target, *_ in stage["nodes"] if not name]:
+    if made := [target for name, target, _ in stage["nodes"] if not name]:
         raise ForkError(f"{path}: needs nodes that a program created: {', '.join(made)}")
     if facts.changes:
         raise ForkError(
@@ -473,8 +473,8 @@ def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:
     """Yield the factories of the user's nodes that the mission's file does not name."""
     stage = facts.stage
     assert stage is not None, "it was refused"
-    for name, target, *shown in stage["nodes"]:
-        entry = ProgramEntry(target, *shown) if shown else target
+    for name, target, shown in stage["nodes"]:
+        entry = ProgramEntry(target, shown) if shown else target
         yield from node_factories(read_text(json.dumps({"nodes": [target]}), name), [entry])
 
 
