@@ -548,9 +548,7 @@ async def test_of_files_chosen_one_after_another_the_last_is_shown(editor: Edito
     assert "# last.yaml" in await editor.look(f"{TEXT}.textContent")
     await choose("/outside.yaml")
     await editor.until("document.getElementById('files').value === 'last.yaml'")
-    await editor.until(
-        "document.getElementById('banner-refusal').textContent.includes('outside')"
-    )
+    await editor.until("document.getElementById('banner-refusal').textContent.includes('outside')")
 
 
 @played("play", text=TWO_LINES, folder=True)
