@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import difflib
 import json
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -46,6 +47,10 @@ from bt_mission.views.web.server import PageServer, WebOptions
 
 LONGEST_BODY = 8 * MAX_BYTES
 """Of a request: three texts as JSON, in which a line feed takes two bytes."""
+
+MOST_LEFT = 1000
+"""Pages that are remembered after they have left a file."""
+
 ASLEEP_S = 4.0
 """Wall time without a message of a page after which it sleeps, or was closed silently."""
 
@@ -110,6 +115,7 @@ class EditServer(PageServer):
     ) -> None:
         self._workspace = workspace
         self._shared: dict[str, _Shared] = {}
+        self._left: deque[tuple[str, str]] = deque(maxlen=MOST_LEFT)
         self._run: Child | None = None
         self._proof: Child | None = None
         self._turns = {what: _Turn(what) for what in ("a run", "a proof", "a revision")}
@@ -234,7 +240,8 @@ class EditServer(PageServer):
         name, page = _text(asked, "name"), _text(asked, "page")
         disk = self._workspace.read(name).text if self._workspace.path(name).exists() else None
         shared = self._shared.setdefault(name, _Shared())
-        if not shared.leader or shared.leader == page or asked.get("take"):
+        is_free = not shared.leader and (name, page) not in self._left
+        if is_free or shared.leader == page or asked.get("take"):
             shared.leader, shared.seen = page, Stopwatch()
             if isinstance(asked.get("text"), str):
                 shared.text = asked["text"]
@@ -244,10 +251,16 @@ class EditServer(PageServer):
         return {"leads": False, "text": text, "is_asleep": shared.seen.elapsed_s > ASLEEP_S}
 
     def _leave(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Let other pages edit a file that a page does not show any more."""
-        shared = self._shared.get(_text(asked, "name"))
-        if shared is not None and shared.leader == _text(asked, "page"):
-            del self._shared[_text(asked, "name")]
+        """Let other pages edit a file that a page does not show any more.
+
+        A page has a new name for each file that it opens. What it sent before it left may arrive
+        after that.
+        """
+        name, page = _text(asked, "name"), _text(asked, "page")
+        self._left.append((name, page))
+        shared = self._shared.get(name)
+        if shared is not None and shared.leader == page:
+            del self._shared[name]
         return {}
 
     def _keep(self, asked: dict[str, Any]) -> dict[str, Any]:

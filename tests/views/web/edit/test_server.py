@@ -178,9 +178,11 @@ async def test_a_second_page_follows_until_it_takes_over(
     assert "another page" in refused["error"]
     assert (await client.ask("state", name="m.yaml", page="b", take=True))["leads"]
     assert not (await client.ask("state", name="m.yaml"))["leads"]
-    await client.ask("leave", name="m.yaml")
+    await client.ask("leave", name="m.yaml", page="c")
     assert not (await client.ask("state", name="m.yaml"))["leads"]
     await client.ask("leave", name="m.yaml", page="b")
+    late = await client.ask("state", name="m.yaml", page="b", text="b: 1\n")
+    assert late == {"leads": False, "text": TEXT, "is_asleep": True}
     assert (await client.ask("state", name="m.yaml"))["leads"]
 
 
