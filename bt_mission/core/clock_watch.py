@@ -24,6 +24,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from queue import SimpleQueue
 from types import FrameType, TracebackType
@@ -104,18 +105,23 @@ def callback_in(frame: FrameType | None) -> Holder | None:
     It is the outermost code of users that we have called, or that a module for callbacks has. A
     stack within a debugger shows none: a person holds the clock.
     """
+    stack: list[FrameType | None] = []
+    while frame is not None:  # quickly: while it is read, the thread may go on
+        stack.append(frame)
+        frame = frame.f_back
+    stack.append(None)
     inner: list[FrameType] = []
     callback: list[FrameType] = []
-    while frame is not None:
+    for frame, outer in pairwise(stack):
+        assert frame is not None, "only the last is"
         owner = owner_of(frame.f_code.co_filename)
         if owner == "debugger":
             return None
         if owner in ("user", "package"):
             inner.append(frame)
-            caller = owner_of(frame.f_back.f_code.co_filename) if frame.f_back else ""
+            caller = owner_of(outer.f_code.co_filename) if outer else ""
             if caller == "caller" or (owner == "user" and caller == "ours"):
                 callback = list(inner)
-        frame = frame.f_back
     if not callback:
         return None
     written = [
@@ -304,7 +310,8 @@ class ClockWatch:
         self._last_progress = progress
         holder = None
         if progress == before:  # a stack that changes while it is read has crashed CPython 3.11
-            holder = callback_in(sys._current_frames().get(self._thread))  # noqa: SLF001
+            with suppress(AttributeError):  # it has changed all the same: no frame, the next look
+                holder = callback_in(sys._current_frames().get(self._thread))  # noqa: SLF001
         elapsed_s, self._since_look = self._since_look.elapsed_s, Stopwatch()
         own_s, self._own_s = _passed(self._own_s, time.clock_gettime(self._clock))
         all_s, self._all_s = _passed(self._all_s, time.process_time())
