@@ -218,11 +218,7 @@ async def _carry_out(
             worst = to_record(store, plan, options.record_worst)
             await record(store, pool, worst, on_recorded)
         if missing := len(worst) - recorded:
-            print(
-                f"{missing} of the worst {len(worst)} could not be recorded: these runs "
-                "did not end a second time",
-                file=sys.stderr,
-            )
+            print(f"{missing} of the worst {len(worst)} could not be recorded", file=sys.stderr)
 
 
 def _tally_lines(tally: SweepTally) -> list[str]:
