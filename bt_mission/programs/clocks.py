@@ -108,7 +108,7 @@ class Datetime(_real_datetime, metaclass=StandIn):
         return cls.now(datetime.UTC).replace(tzinfo=None)
 
 
-class Selector(_RealSelector, metaclass=StandIn):
+class ProgramSelector(_RealSelector, metaclass=StandIn):
     """``selectors.DefaultSelector``, with which ``asyncio`` waits for times and for its threads.
 
     Its files are real; what they get is seen when code of programs has run.

@@ -139,7 +139,7 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
         },
     ),
     (queue, {"SimpleQueue": threads.SimpleQueue, "time": clocks.READERS["monotonic"]}),
-    (selectors, {"DefaultSelector": clocks.Selector}),
+    (selectors, {"DefaultSelector": clocks.ProgramSelector}),
     (random, {name: partial(_drawn, name, getattr(random, name)) for name in _DRAWS}),
     (uuid, {"uuid4": _uuid4}),
     (
