@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bt_mission.core.lazy import lazy_names
+from bt_mission.base.lazy import lazy_names
 
 if TYPE_CHECKING:
     from action_servers.core.action import Action
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from action_servers.core.tuning import Tuning
     from action_servers.driving.drive import Drive
     from action_servers.server.node import ServerOptions, ServersNode
-    from bt_mission.core.geometry import Pose2D, Twist2D
-    from bt_mission.core.robot.model import RobotModel, load_robot
+    from bt_mission.base.geometry import Pose2D, Twist2D
+    from bt_mission.robots.model import RobotModel, load_robot
 
 __all__ = [
     "SUCCEEDED",
@@ -65,8 +65,8 @@ __getattr__ = lazy_names(
         "Action": "action_servers.core.action",
         **dict.fromkeys(("refusal", "stale"), "action_servers.core.checks"),
         **dict.fromkeys(("ServerOptions", "ServersNode"), "action_servers.server.node"),
-        **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.core.geometry"),
-        **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.core.robot.model"),
+        **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.base.geometry"),
+        **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.robots.model"),
         "Drive": "action_servers.driving.drive",
         "ErrorCode": "action_servers.core.error_codes",
         "Tuning": "action_servers.core.tuning",

@@ -19,8 +19,8 @@ from pathlib import Path
 from measuring import arguments, figure, figures, ratios, spread, table
 
 from bt_mission.language.mission import Mission
-from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.recording.writer import RunRecorder
+from bt_mission.requirements.language.formula import Formula, Requirement
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.web.report.page import page_of, robot_runs

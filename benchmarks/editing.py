@@ -24,10 +24,10 @@ from pathlib import Path
 
 from measuring import arguments, figure, figures, spread
 
-from bt_mission.core.dds.middleware import prepare_middleware
-from bt_mission.editing.vocabulary import kinds
-from bt_mission.views.web.edit.server import EditServer
-from bt_mission.views.web.edit.workspace import Workspace
+from bt_mission.base.dds.middleware import prepare_middleware
+from bt_mission.commands.edit.vocabulary import kinds
+from bt_mission.commands.edit.web.server import EditServer
+from bt_mission.commands.edit.web.workspace import Workspace
 from bt_mission.views.web.server import WebOptions, page_files
 from tests.support.browser import BROWSER, Page, browser
 from tests.support.web_pages import play_with

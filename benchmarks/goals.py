@@ -21,13 +21,13 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from bt_mission.core.dds.discovery import isolate
+from bt_mission.base.dds.discovery import isolate
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import TICK_RATE_HZ, RunnerOptions
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 from bt_mission.sessions.load import load
 from bt_mission.sessions.scripted_server import ScriptedServer
-from bt_mission.virtual_time import VirtualTimeExecutor
 
 TURN = "bt_mission_interfaces/action/Turn"
 Options = dict[str, Any]

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from measuring import NOT_SOUND, arguments, figures, process_usage
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.testing.live_graph import LiveGraph, own_domain
 
 MISSION = """\

@@ -13,7 +13,7 @@ from itertools import cycle
 
 from measuring import arguments, figure, spread, table, times
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
 

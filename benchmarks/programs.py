@@ -16,10 +16,10 @@ from measuring import CpuWatch, arguments, figures, in_turns, ratios
 from rclpy.context import Context
 from rclpy.task import Future
 
-from bt_mission.core.dds.discovery import isolate
+from bt_mission.base.dds.discovery import isolate
 from bt_mission.programs import ProgramHost
 from bt_mission.programs.mains import MainProgram
-from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 
 SLEEPS = 1000
 """Sleeps of one measurement."""

@@ -15,9 +15,9 @@ from pathlib import Path
 
 from measuring import CpuWatch, arguments, figure, table
 
+from bt_mission.commands.prove.explorer import Bounds
+from bt_mission.commands.prove.proof import Proof, ProofOptions, prove
 from bt_mission.language.mission import Mission
-from bt_mission.proving.explorer import Bounds
-from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -36,8 +36,8 @@ from pathlib import Path
 import numpy as np
 from measuring import CpuWatch, arguments, figure, in_turns, ratios, spread, table, times
 
-from bt_mission.core.files import find, names
-from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.base.files import find, names
+from bt_mission.base.yaml.document import Document, read, read_text
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions

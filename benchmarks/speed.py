@@ -18,9 +18,9 @@ from types import FrameType
 import mujoco
 from measuring import CpuWatch, arguments, figures, ratios, times
 
-from bt_mission.core.robot.model import load_robot
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.report import Report
+from bt_mission.robots.model import load_robot
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import START_NS, Stage

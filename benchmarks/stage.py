@@ -13,8 +13,8 @@ from typing import Any
 
 from measuring import arguments, figures, in_turns, process_usage
 
-from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.dds.discovery import isolate
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 

@@ -23,7 +23,7 @@ from importlib.util import find_spec
 from measuring import arguments, figures, in_turns
 from terminals import on_terminal
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 
 COMMAND = (sys.executable, "-m", "bt_mission")
 LINE = re.compile(rb"[A-Za-z]{3}")

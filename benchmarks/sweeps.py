@@ -19,15 +19,15 @@ from pathlib import Path
 
 from measuring import arguments, figure, figures, process_usage, table
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.commands.sweep.plan import SweepPlan
+from bt_mission.commands.sweep.store import ResultStore
+from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.pool import PoolOptions, ScenarioPool
+from bt_mission.scenarios.concrete.row import ScenarioRow
+from bt_mission.scenarios.concrete.work import ScenarioWorker
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
-from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.pool import PoolOptions, ScenarioPool
-from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.store import ResultStore
-from bt_mission.sweeps.work import ScenarioWorker
 
 SHORT = "mission: turn\nworld: empty_arena\ntree: {turn: {angle: 'uniform(20, 60)'}}\n"
 MOST = 10_000

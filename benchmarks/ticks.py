@@ -38,9 +38,9 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.time import Time
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.core.dds.discovery import isolate
-from bt_mission.goals.goal import Event, Goal
+from bt_mission.base.dds.discovery import isolate
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.goals.goal import Event, Goal
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
@@ -48,9 +48,9 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.status_publisher import CHANGES
+from bt_mission.ros.virtual_time.discovery import wait_for_matching
 from bt_mission.sessions.load import load
 from bt_mission.sessions.scripted_server import ScriptedServer
-from bt_mission.virtual_time.discovery import wait_for_matching
 
 WIDTH = 10
 """Children of a composite."""

@@ -25,7 +25,7 @@ from pathlib import Path
 from measuring import arguments, figures
 from terminals import on_terminal
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions

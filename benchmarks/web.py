@@ -20,7 +20,7 @@ from pathlib import Path
 
 from measuring import arguments, figure, figures
 
-from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.ros.local_client import LocalExecutive
 from bt_mission.sessions.drive import Reports, StepDriver, drive, driving
 from bt_mission.sessions.load import load

@@ -24,19 +24,16 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.lazy import lazy_names
+from bt_mission.base.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from bt_mission.core.actions import ActionName
-    from bt_mission.core.diagnostics import Diagnostic, InputError
-    from bt_mission.core.errors import BtMissionError
+    from bt_mission.base.actions import ActionName
+    from bt_mission.base.diagnostics import Diagnostic, InputError
+    from bt_mission.base.errors import BtMissionError
     from bt_mission.executive.executive import Executive
+    from bt_mission.executive.goals.goal import GoalClient
+    from bt_mission.executive.goals.outcome import Outcome
     from bt_mission.executive.report import Report
-    from bt_mission.fleets.loader import load_fleet
-    from bt_mission.fleets.report import FleetReport
-    from bt_mission.fleets.run import run_fleet
-    from bt_mission.goals.goal import GoalClient
-    from bt_mission.goals.outcome import Outcome
     from bt_mission.language.mission import Mission
     from bt_mission.language.revision import Revision
     from bt_mission.recording.contents import RecordingOptions
@@ -45,6 +42,9 @@ if TYPE_CHECKING:
     from bt_mission.ros.graph import NodeOptions
     from bt_mission.ros.mission_node import MissionNode
     from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+    from bt_mission.scenarios.fleets.loader import load_fleet
+    from bt_mission.scenarios.fleets.report import FleetReport
+    from bt_mission.scenarios.fleets.run import run_fleet
     from bt_mission.scenarios.loader import load_scenario
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.scenario import Scenario, ScenarioResult
@@ -92,19 +92,19 @@ __all__ = [
 _load = lazy_names(
     __name__,
     {
-        "ActionName": "bt_mission.core.actions",
-        "BtMissionError": "bt_mission.core.errors",
-        "Diagnostic": "bt_mission.core.diagnostics",
+        "ActionName": "bt_mission.base.actions",
+        "BtMissionError": "bt_mission.base.errors",
+        "Diagnostic": "bt_mission.base.diagnostics",
         "Executive": "bt_mission.executive.executive",
-        "FleetReport": "bt_mission.fleets.report",
+        "FleetReport": "bt_mission.scenarios.fleets.report",
         "FleetRobot": "bt_mission.sessions.stage_robot",
-        "GoalClient": "bt_mission.goals.goal",
-        "InputError": "bt_mission.core.diagnostics",
+        "GoalClient": "bt_mission.executive.goals.goal",
+        "InputError": "bt_mission.base.diagnostics",
         "Mission": "bt_mission.language.mission",
         "MissionNode": "bt_mission.ros.mission_node",
         "MissionRunner": "bt_mission.ros.mission_runner",
         "NodeOptions": "bt_mission.ros.graph",
-        "Outcome": "bt_mission.goals.outcome",
+        "Outcome": "bt_mission.executive.goals.outcome",
         "RecordingOptions": "bt_mission.recording.contents",
         "Report": "bt_mission.executive.report",
         "Revision": "bt_mission.language.revision",
@@ -116,11 +116,11 @@ _load = lazy_names(
         "convert": "bt_mission.sessions.load",
         "examine": "bt_mission.sessions.check",
         "load": "bt_mission.sessions.load",
-        "load_fleet": "bt_mission.fleets.loader",
+        "load_fleet": "bt_mission.scenarios.fleets.loader",
         "load_scenario": "bt_mission.scenarios.loader",
         "read_recording": "bt_mission.recording.reader:read_run",
         "record": "bt_mission.recording.writer",
-        "run_fleet": "bt_mission.fleets.run",
+        "run_fleet": "bt_mission.scenarios.fleets.run",
         "run_scenario": "bt_mission.scenarios.run",
     },
 )

@@ -20,8 +20,8 @@ def main() -> int:
     try:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # since Python started
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        from bt_mission.core.memory import spare_collections  # noqa: PLC0415 - it takes a while
-        from bt_mission.core.terminal.streams import (  # noqa: PLC0415
+        from bt_mission.base.memory import spare_collections  # noqa: PLC0415 - it takes a while
+        from bt_mission.base.terminal.streams import (  # noqa: PLC0415
             keep_output_for_python,
             open_standard_streams,
         )
@@ -63,7 +63,7 @@ def _leave(codes: list[int]) -> None:
     Everything has been closed by now, and memory goes with the process. The end of Fast DDS alone
     would rest for 0.1 s. Processes that were seen say goodbye as ever.
     """
-    discovery = sys.modules.get("bt_mission.core.dds.discovery")
+    discovery = sys.modules.get("bt_mission.base.dds.discovery")
     if not codes or discovery is None or not discovery.is_isolated():
         return
     try:

@@ -22,7 +22,7 @@ from pathlib import Path
 from trials import Line, conclude, counted, live_robot, missing, write
 
 from benchmarks.measuring import arguments
-from bt_mission.core.wall_clock import rest
+from bt_mission.base.wall_clock import rest
 from bt_mission.recording.happenings import TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.testing.live_graph import LiveGraph

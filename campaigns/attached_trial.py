@@ -18,6 +18,7 @@ import yaml
 from attached_plan import Disturbance, Plan, plan
 from safety_kills import TRUTH_PERIOD_S, Truth
 
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.cli.exits import (
     ABORTED,
     BAD_INPUT,
@@ -28,8 +29,7 @@ from bt_mission.cli.exits import (
     NO_SERVER,
     SUCCESS,
 )
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import READY, LiveGraph, Process
 
 FIGURE_S = 0.5

@@ -40,8 +40,8 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
 from benchmarks.measuring import arguments, figure, process_usage, table, times
-from bt_mission.core.stamps import to_ns
-from bt_mission.core.wall_clock import Stopwatch, rest
+from bt_mission.base.stamps import to_ns
+from bt_mission.base.wall_clock import Stopwatch, rest
 
 PERIOD_S = 0.05
 """Between two control steps, s."""

@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.measuring import CpuWatch, arguments, figure, ratios, spread, table
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.base.dds.middleware import prepare_middleware
 
 MISSIONS = ["explore", "patrol", "square", "sweep", "explore_random", "explore_frontiers"]
 RUNS_EVERY = 10
@@ -27,7 +27,7 @@ RUNS_EVERY = 10
 
 def run_once(mission: str, folder: Path, recording: Path | None = None) -> str:
     """Run a shipped mission; give the hash of its trace."""
-    from bt_mission.core.files import find  # noqa: PLC0415 - after the middleware is prepared
+    from bt_mission.base.files import find  # noqa: PLC0415 - after the middleware is prepared
     from bt_mission.recording.writer import RunRecorder  # noqa: PLC0415
     from bt_mission.sessions.load import load  # noqa: PLC0415
     from bt_mission.sessions.stage import Stage  # noqa: PLC0415
@@ -43,10 +43,10 @@ def run_once(mission: str, folder: Path, recording: Path | None = None) -> str:
 
 def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
     """Fork a recording at a drawn control step; give the difference, or nothing."""
-    from bt_mission.core.errors import BtMissionError  # noqa: PLC0415 - as above
-    from bt_mission.recording.forks.change import ForkChange  # noqa: PLC0415
-    from bt_mission.recording.forks.source import read_source  # noqa: PLC0415
-    from bt_mission.recording.forks.stage import forked_stage  # noqa: PLC0415
+    from bt_mission.base.errors import BtMissionError  # noqa: PLC0415 - as above
+    from bt_mission.commands.fork.change import ForkChange  # noqa: PLC0415
+    from bt_mission.commands.fork.source import read_source  # noqa: PLC0415
+    from bt_mission.commands.fork.stage import forked_stage  # noqa: PLC0415
 
     source = read_source(recording)
     step_ns = source.steps_ns[draw(len(source.steps_ns))]

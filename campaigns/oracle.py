@@ -5,7 +5,8 @@ Run it as: python campaigns/oracle.py [--count 2000] [--runs 200] [--results ora
 Mission N follows from its number: any node, decorator, topic, list, draw, Python leaf, named tree,
 service and requirement of the language, with up to two faults. It is proved. Then the tree, the
 executive, the ledger and the monitors of runs run it, with servers that answer any values of their
-types at any instants (``tests/support/oracle``, which shares no code with ``bt_mission.proving``).
+types at any instants (``tests/support/oracle``, which shares no code with
+``bt_mission.commands.prove``).
 A finding is
 
 - a property or a requirement that is ``proved`` and that a run breaks,
@@ -30,10 +31,10 @@ from typing import Any
 from trials import Line, carry_out, conclude, counted, missing
 
 from benchmarks.measuring import CpuWatch, arguments, figure
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.commands.prove.confirm import confirmed
+from bt_mission.commands.prove.proof import Proof, ProofOptions
 from bt_mission.language.mission import Mission
-from bt_mission.proving.confirm import confirmed
-from bt_mission.proving.proof import Proof, ProofOptions
 from bt_mission.scenarios.runner import prepare_process, silence_logs
 from bt_mission.sessions.load import load
 from tests.support.oracle.judge import MOST_STATES, try_mission

@@ -16,7 +16,7 @@ from time import monotonic, sleep  # noqa: TID251 - processes run in real time
 
 from parity_cases import PROGRAMS, Case
 
-from bt_mission.core.stamps import NS
+from bt_mission.base.stamps import NS
 from bt_mission.programs.mains import WholeProgram
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage

@@ -48,7 +48,7 @@ def abstraction(seed: int) -> str:
     """Compare abstract loops and deadlines with exact ones; return the result."""
     mission = looping_mission(seed)
     exact = explored(mission, 1)
-    with patch("bt_mission.proving.abstraction.MANY_ROUNDS", 1):
+    with patch("bt_mission.commands.prove.abstraction.MANY_ROUNDS", 1):
         abstract = explored(mission, 1)
     lost = _beyond(exact, abstract)
     if lost != Verdicts():

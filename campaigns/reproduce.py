@@ -45,23 +45,23 @@ from typing import Any
 import yaml
 
 from benchmarks.measuring import arguments
-from bt_mission.core.dds.middleware import prepare_middleware
-from bt_mission.core.draws import SeededDraws, maybe, number, one_of
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find
-from bt_mission.core.yaml.document import read_text
-from bt_mission.core.yaml.dump import to_yaml
-from bt_mission.faults.drawable import Drawable
-from bt_mission.faults.drawing import can_be_drawn, drawn_fault
-from bt_mission.faults.planned import AtTime, PlannedFault
-from bt_mission.faults.values import planned_fault
+from bt_mission.base.dds.middleware import prepare_middleware
+from bt_mission.base.draws import SeededDraws, maybe, number, one_of
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import find
+from bt_mission.base.yaml.document import read_text
+from bt_mission.base.yaml.dump import to_yaml
+from bt_mission.commands.reproduce.session import ReproduceOptions, reproduce
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile
-from bt_mission.reproducing.session import ReproduceOptions, reproduce
+from bt_mission.scenarios.concrete.work import record_scenario
+from bt_mission.scenarios.faults.drawable import Drawable
+from bt_mission.scenarios.faults.drawing import can_be_drawn, drawn_fault
+from bt_mission.scenarios.faults.planned import AtTime, PlannedFault
+from bt_mission.scenarios.faults.values import planned_fault
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.runner import silence_logs
-from bt_mission.sweeps.work import record_scenario
 
 SITE = {
     "touches nothing": "never collisions > 0",

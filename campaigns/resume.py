@@ -23,8 +23,8 @@ from pathlib import Path
 from trials import Line, conclude, counted, live_robot, missing, write
 
 from benchmarks.measuring import arguments
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import LiveGraph, Process
 
 LEGS = 3

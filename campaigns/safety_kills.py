@@ -23,8 +23,8 @@ from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.core.stamps import to_ns
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.stamps import to_ns
+from bt_mission.base.wall_clock import Stopwatch
 
 SPEED = 0.26
 TRUTH_PERIOD_S = 0.05

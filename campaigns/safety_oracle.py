@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.world.shapes import Obstacle
 
 Floats = npt.NDArray[np.float64]

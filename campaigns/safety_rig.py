@@ -24,8 +24,8 @@ from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.robots.model import load_robot
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 from sim.physics.names import OBSTACLE_PREFIX, SOLID, STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions

@@ -11,10 +11,10 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.measuring import arguments, figure
+from bt_mission.commands.sweep.plan import SweepPlan
+from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.work import ScenarioWorker
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
-from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.work import ScenarioWorker
 from tests.support.killed_sweep import KilledSweep
 
 MISSION = """\

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.geometry import Pose2D, composed
+from bt_mission.base.diagnostics import did_you_mean, listed
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.geometry import Pose2D, composed
 from sim.physics.physics import Physics
 from sim.physics.prop_shapes import PropError
 from sim.physics.props import Prop

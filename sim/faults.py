@@ -18,8 +18,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.diagnostics import did_you_mean, listed
+from bt_mission.base.errors import BtMissionError
 
 
 class FaultError(BtMissionError):

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.output import write_file
-from bt_mission.core.robot.body import CylinderBody, PolygonBody
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.output import write_file
+from bt_mission.robots.body import CylinderBody, PolygonBody
+from bt_mission.robots.model import RobotModel
 from sim.physics.simulator import Pose, periods_ns
 from sim.world.shapes import Obstacle
 from sim.world.world import World

@@ -6,12 +6,12 @@ import re
 from dataclasses import dataclass
 from urllib.parse import unquote
 
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import names
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.yaml.document import read_text
-from bt_mission.core.yaml.models import validate
+from bt_mission.base.diagnostics import did_you_mean, listed
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import names
+from bt_mission.base.geometry import Pose2D
+from bt_mission.base.yaml.document import read_text
+from bt_mission.base.yaml.models import validate
 from sim.physics.prop_shapes import shape
 from sim.world.colours import Colour
 from sim.world.shapes import Obstacle

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.physics.names import BASE, FLOOR, FLOOR_BIT, MODEL_PREFIX, WHEELS
 from sim.physics.physics import Physics
 from sim.physics.spawn import RobotSpawn

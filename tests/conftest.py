@@ -12,13 +12,14 @@ import pytest
 from hypothesis import settings
 from rclpy.logging import LoggingSeverity, set_logger_level
 
-from bt_mission.goals.goal import Event, Goal
+from bt_mission.executive.goals.goal import Event, Goal
 from bt_mission.testing.live_graph import own_domain
 from tests.support.play import Play
 
 pytest_plugins = [
     "pytester",
     "tests.support.checkout",
+    "tests.support.command_line",
     "tests.support.forked",
     "tests.support.installed",
     "tests.support.no_skips",

@@ -23,7 +23,7 @@ from tools.check_layers import SPEAKS_ROS, TOPS, Import, is_in, parsed
 
 MAX_LINES = 700
 ROS_NAMES = ("rclpy", "rosidl_*", "unique_identifier_msgs", "*_msgs", "*_srvs", "*_interfaces")
-IN_ONE_PROCESS = "bt_mission.virtual_time.self_test"
+IN_ONE_PROCESS = "bt_mission.ros.virtual_time.self_test"
 """The one module whose service has no clients but its own."""
 
 HOOKS = ("__getattr__", "text_factory")
@@ -31,7 +31,7 @@ HOOKS = ("__getattr__", "text_factory")
 
 KNOWN = check_layers.modules()
 
-STARTS_PYTHON = "bt_mission.core.python_process"
+STARTS_PYTHON = "bt_mission.base.python_process"
 """The one module that names the interpreter of other processes."""
 
 PROCESSES = ("subprocess.run", "subprocess.Popen", "asyncio.create_subprocess_exec")
@@ -214,7 +214,7 @@ def test_the_tool_says_what_it_found(capsys):
     """The tool prints layers, cycles and upward imports, and ends with 0 where all is well."""
     assert check_layers.main() == 0
     output = capsys.readouterr().out
-    assert "layer 0: bt_mission.core" in output
+    assert "layer 0: bt_mission.base" in output
     assert "0 cycles" in output
     assert "0 upward imports" in output
 
@@ -223,7 +223,11 @@ def test_the_tool_says_what_it_found(capsys):
     ("name", "text", "expected"),
     [
         ("sim.world.world", "import action_servers.core.pilot\n", "imports of bt_mission only"),
-        ("sim.world.world", "from bt_mission.goals.goal import Goal\n", "only bt_mission.core"),
+        (
+            "sim.world.world",
+            "from bt_mission.executive.goals.goal import Goal\n",
+            "only bt_mission.base",
+        ),
         ("sim.world.world", "from sim.ros.node import SimNode\n", "part 0 imports part 6"),
         ("sim.world.world", "from rclpy.node import Node\n", "SPEAKS_ROS"),
         ("action_servers.core.pilot", "def f():\n    import sim.world\n", "imports of bt_mission"),
@@ -232,33 +236,42 @@ def test_the_tool_says_what_it_found(capsys):
             "import action_servers.server.node\n",
             "part 0 imports part 3",
         ),
-        ("bt_mission.core.text", "import bt_mission.goals.goal\n", "layer 0 imports layer 0"),
-        ("bt_mission.ros.graph", "from bt_mission.cli import run\n", "layer 5 imports layer 16"),
+        (
+            "bt_mission.base.text",
+            "import bt_mission.executive.goals.goal\n",
+            "layer 0 imports layer 4",
+        ),
+        ("bt_mission.ros.graph", "from bt_mission.cli import run\n", "layer 5 imports layer 11"),
+        (
+            "bt_mission.commands.fork.edit",
+            "import bt_mission.commands.prove.proof\n",
+            "a command imports another one",
+        ),
         ("bt_mission.new.room", "from bt_mission.cli import run\n", "a package without a layer"),
         ("bt_mission.executive.trace", "import sim.world.world\n", "import servers and simulator"),
         ("bt_mission.executive.trace", "import nav2_msgs.action\n", "SPEAKS_ROS"),
-        ("bt_mission.core.text", "x = 1\n" * (MAX_LINES + 1), "at most"),
-        ("bt_mission.core.text", "def f(x):\n    x.__class__ = int\n", "changes the class of"),
-        ("bt_mission.core.text", "setattr(x, '__class__', int)\n", "changes the class of"),
-        ("bt_mission.core.text", "node.tick = wrapped(node)\n", "replaces a method of another"),
-        ("bt_mission.core.text", "a, b.update = 1, c\n", "replaces a method of another"),
-        ("bt_mission.core.text", "del node.tick\n", "replaces a method of another"),
-        ("bt_mission.core.text", "x.any_name = lambda: 1\n", "replaces a method of another"),
+        ("bt_mission.base.text", "x = 1\n" * (MAX_LINES + 1), "at most"),
+        ("bt_mission.base.text", "def f(x):\n    x.__class__ = int\n", "changes the class of"),
+        ("bt_mission.base.text", "setattr(x, '__class__', int)\n", "changes the class of"),
+        ("bt_mission.base.text", "node.tick = wrapped(node)\n", "replaces a method of another"),
+        ("bt_mission.base.text", "a, b.update = 1, c\n", "replaces a method of another"),
+        ("bt_mission.base.text", "del node.tick\n", "replaces a method of another"),
+        ("bt_mission.base.text", "x.any_name = lambda: 1\n", "replaces a method of another"),
         (
-            "bt_mission.core.text",
+            "bt_mission.base.text",
             "def f(x, name):\n    def call(): ...\n    setattr(x, name, call)\n",
             "replaces a method of another",
         ),
         (
-            "bt_mission.core.text",
+            "bt_mission.base.text",
             "leaf.begin = g()  # type: ignore[method-assign]\n",
             "replaces a method of an object",
         ),
-        ("bt_mission.core.text", "node.create_client(T, 'x')\n", "a service with no depth"),
-        ("bt_mission.core.text", "partial(node.create_service, T)\n", "a service with no depth"),
-        ("bt_mission.cli.run", "x = [sys.executable, '-m', 'y']\n", "names the interpreter"),
-        ("bt_mission.cli.run", "subprocess.run(command)\n", "a process with no env"),
-        ("bt_mission.cli.run", "os.system('ls')\n", "starts a process"),
+        ("bt_mission.base.text", "node.create_client(T, 'x')\n", "a service with no depth"),
+        ("bt_mission.base.text", "partial(node.create_service, T)\n", "a service with no depth"),
+        ("bt_mission.commands.run", "x = [sys.executable, '-m', 'y']\n", "names the interpreter"),
+        ("bt_mission.commands.run", "subprocess.run(command)\n", "a process with no env"),
+        ("bt_mission.commands.run", "os.system('ls')\n", "starts a process"),
     ],
 )
 def test_a_violation_is_found(name, text, expected):
@@ -273,11 +286,11 @@ def test_a_violation_is_found(name, text, expected):
     ("name", "text"),
     [
         ("sim.ros.node", "import rclpy\nfrom sim.world.world import World\n"),
-        ("sim.world.world", "import mujoco\nfrom bt_mission.core.errors import BtMissionError\n"),
+        ("sim.world.world", "import mujoco\nfrom bt_mission.base.errors import BtMissionError\n"),
         ("bt_mission.sessions.stage", "import rclpy\nfrom sim.ros.node import SimNode\n"),
-        ("bt_mission.cli.run", "import action_servers.server.node\n"),
-        ("bt_mission.core.text", "ledger.on_event = self._on_goal\nself.call = lambda: 1\n"),
-        ("bt_mission.core.text", "node.start_hook = self._stop\nsetattr(x, name, value)\n"),
+        ("bt_mission.commands.run", "import action_servers.server.node\n"),
+        ("bt_mission.base.text", "ledger.on_event = self._on_goal\nself.call = lambda: 1\n"),
+        ("bt_mission.base.text", "node.start_hook = self._stop\nsetattr(x, name, value)\n"),
         ("bt_mission.executive.trace", "from py_trees.composites import Sequence\nimport time\n"),
     ],
 )
@@ -300,15 +313,15 @@ def test_every_top_level_package_is_read():
 
 
 WRITERS = {
-    "bt_mission/core/output.py": "the one place",
-    "bt_mission/cli/new.py": "a folder that gets its name when it is whole",
-    "bt_mission/sweeps/store.py": "a lock",
-    "bt_mission/sweeps/work.py": "the null device",
+    "bt_mission/base/output.py": "the one place",
+    "bt_mission/commands/new/command.py": "a folder that gets its name when it is whole",
+    "bt_mission/commands/sweep/store.py": "a lock",
+    "bt_mission/scenarios/concrete/work.py": "the null device",
     "bt_mission/testing/failure_recording.py": "a folder that is made for each test",
     "bt_mission/testing/live_graph.py": "logs and locks below a temporary folder",
     "bt_mission/testing/results.py": "a folder that is made for each test",
     "bt_mission/testing/stages.py": "a temporary folder",
-    "bt_mission/views/video/mp4.py": "the encoder's own open, on a stream of the one place",
+    "bt_mission/commands/video/mp4.py": "the encoder's own open, on a stream of the one place",
     "action_servers/camera/camera_sweep.py": "a folder that is made for each goal",
 }
 """Modules that write files by themselves, and why an old file is in no danger."""

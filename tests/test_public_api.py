@@ -15,7 +15,7 @@ import pytest
 
 import bt_mission
 import bt_mission.testing
-from bt_mission.core.lazy import lazy_names
+from bt_mission.base.lazy import lazy_names
 
 PACKAGES = {"bt_mission": bt_mission, "bt_mission.testing": bt_mission.testing}
 HEAVY = ("rclpy", "mujoco", "pydantic", "numpy", "yaml", "py_trees", "rich", "textual")
@@ -76,7 +76,7 @@ def test_a_name_is_loaded_once(monkeypatch: pytest.MonkeyPatch):
     """Then it is an attribute like any other."""
     module = type(sys)("made_up")
     monkeypatch.setitem(sys.modules, "made_up", module)
-    find = lazy_names("made_up", {"Note": "bt_mission.core.diagnostics:Diagnostic"})
+    find = lazy_names("made_up", {"Note": "bt_mission.base.diagnostics:Diagnostic"})
     assert find("Note") is bt_mission.Diagnostic
     assert module.__dict__["Note"] is bt_mission.Diagnostic
 

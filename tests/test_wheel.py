@@ -74,7 +74,7 @@ def test_the_wheel_has_the_command_and_the_plugin_of_pytest(installed: Path) -> 
 def test_what_is_installed_works_in_an_empty_folder(installed: Path, tmp_path: Path) -> None:
     """The shipped files are those below the prefix of the package, wherever Python's own is."""
     share = installed / "share" / "bt_mission"
-    script = "from bt_mission.core.files import find; print(find('robots', 'burger'))"
+    script = "from bt_mission.base.files import find; print(find('robots', 'burger'))"
     result = run_in(installed, tmp_path, "python", "-c", script)
     assert result == f"{share / 'robots' / 'burger.yaml'}\n"
     output = run_in(installed, tmp_path, "bt-mission", "check", "missions/square.yaml")

@@ -18,11 +18,11 @@ from tempfile import TemporaryDirectory
 
 from PIL import Image
 
-from bt_mission.core.dds.middleware import prepare_middleware
-from bt_mission.sweeps.report.page import write_sweep_page
-from bt_mission.sweeps.store import ResultStore
-from bt_mission.views.web.edit.server import EditServer
-from bt_mission.views.web.edit.workspace import Workspace
+from bt_mission.base.dds.middleware import prepare_middleware
+from bt_mission.commands.edit.web.server import EditServer
+from bt_mission.commands.edit.web.workspace import Workspace
+from bt_mission.commands.sweep.report.page import write_sweep_page
+from bt_mission.commands.sweep.store import ResultStore
 from bt_mission.views.web.report.page import robot_runs, served_page_of
 from bt_mission.views.web.server import PageServer, WebOptions
 

@@ -31,9 +31,9 @@ RULES = ROOT / "tools" / "prose"
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs")
 CODE = ("bt_mission", "action_servers", "sim")
 MESSAGES = (
-    "bt_mission/core/error_catalogue.toml",
-    "tests/behaviours/transcripts",
-    "tests/btcpp/transcripts",
+    "bt_mission/base/error_catalogue.toml",
+    "tests/executive/behaviours/transcripts",
+    "tests/commands/convert/transcripts",
     "tests/cli/transcripts",
     "tests/language/broken",
     "tests/language/suspicious",

@@ -31,12 +31,12 @@ from xml.etree import ElementTree as ET
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours import builder
-from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.runtime import Scope
-from bt_mission.btcpp.document import document_of
-from bt_mission.btcpp.table import OUT, leaf_kinds, leaf_row
+from bt_mission.commands.convert.document import document_of
+from bt_mission.commands.convert.table import OUT, leaf_kinds, leaf_row
+from bt_mission.executive.behaviours import builder
+from bt_mission.executive.behaviours.evaluator import Evaluator
+from bt_mission.executive.behaviours.hooks import Hooked
+from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.registry import KINDS
@@ -49,7 +49,7 @@ SHIPPED = [
     for path in sorted((ROOT / "missions").rglob("*.yaml"))
     if "scenario" not in path.name and "fleet" not in path.name
 ]
-MISSIONS = [*SHIPPED, ROOT / "tests/btcpp/live_ports.yaml"]
+MISSIONS = [*SHIPPED, ROOT / "tests/commands/convert/live_ports.yaml"]
 NEVER_FAIL = ("log ", "set ", "wait ")
 
 

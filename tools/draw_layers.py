@@ -36,18 +36,21 @@ def edges(known: dict[str, tuple[str, float]]) -> set[tuple[str, str]]:
         pair = [next((p for p in known if is_in(m, p)), "") for m in (edge.importer, edge.imported)]
         if all(pair) and pair[0] != pair[1]:
             direct.add((pair[0], pair[1]))
+    ordered = sorted(direct)
     below: dict[str, set[str]] = {}
 
     def reach(name: str) -> set[str]:
         if name not in below:
             below[name] = set()
-            for importer, imported in direct:
+            for importer, imported in ordered:
                 if importer == name:
                     below[name] |= {imported} | reach(imported)
         return below[name]
 
     return {
-        (a, b) for a, b in direct if not any(b in reach(c) for x, c in direct if x == a and c != b)
+        (a, b)
+        for a, b in ordered
+        if not any(b in reach(c) for x, c in ordered if x == a and c != b)
     }
 
 

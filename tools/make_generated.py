@@ -24,15 +24,15 @@ sys.path.insert(0, str(ROOT))
 from action_servers.core.limits import NumberLimit  # noqa: E402 - from the root
 from action_servers.core.tuning import TUNING  # noqa: E402
 from action_servers.server.actions import action, generated_type  # noqa: E402
-from bt_mission.core.actions import declared  # noqa: E402
-from bt_mission.core.error_catalogue import CatalogueEntry, catalogue, shown  # noqa: E402
-from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402
-from bt_mission.core.robot.model import load_robot  # noqa: E402
-from bt_mission.faults import FAULTS  # noqa: E402
-from bt_mission.faults.drawing import GROUPS  # noqa: E402
-from bt_mission.faults.kind import FaultKind  # noqa: E402
-from bt_mission.fleets.file import fleet_schema  # noqa: E402
+from bt_mission.base.actions import declared  # noqa: E402
+from bt_mission.base.error_catalogue import CatalogueEntry, catalogue, shown  # noqa: E402
+from bt_mission.base.nature import QUANTITIES, Quantity  # noqa: E402
 from bt_mission.language.action_names import ACTION_NAMES  # noqa: E402
+from bt_mission.robots.model import load_robot  # noqa: E402
+from bt_mission.scenarios.faults import FAULTS  # noqa: E402
+from bt_mission.scenarios.faults.drawing import GROUPS  # noqa: E402
+from bt_mission.scenarios.faults.kind import FaultKind  # noqa: E402
+from bt_mission.scenarios.fleets.file import fleet_schema  # noqa: E402
 from bt_mission.sessions.file_checks import robot_schema, world_schema  # noqa: E402
 from bt_mission.views.tui.keys import CHOOSING, LEAVING, LOOKING, PLAYING, REQUESTS  # noqa: E402
 from tools.draw_layers import draw  # noqa: E402

@@ -46,12 +46,11 @@ LIMIT_S = 240
 """Processor time that a defect may add to the tests of its room, and time for one test."""
 
 BT = "bt_mission"
-ROOMS = {
-    name: (f"{BT}/{name}",)
-    for name in ("language", "goals", "events", "ros", "sessions", "recording")
-} | {
-    "executive": (f"{BT}/executive", f"{BT}/behaviours"),
-    "faults": (f"{BT}/faults", f"{BT}/scenarios"),
+ROOMS = {name: (f"{BT}/{name}",) for name in ("language", "ros", "sessions", "recording")} | {
+    "goals": (f"{BT}/executive/goals",),
+    "events": (f"{BT}/executive/events",),
+    "executive": (f"{BT}/executive",),
+    "faults": (f"{BT}/scenarios",),
     "action_servers": ("action_servers",),
     "sim": ("sim",),
 }

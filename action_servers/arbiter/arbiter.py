@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from action_servers.core.maneuver import ZERO
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 
 
 @dataclass(frozen=True, slots=True)

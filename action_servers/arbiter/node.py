@@ -15,10 +15,10 @@ from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandAge, Command
 from action_servers.core.maneuver import ZERO
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.parameters import ParameterSpec
-from bt_mission.core.stamps import to_ns
-from bt_mission.executors.process import (
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import ParameterSpec
+from bt_mission.base.stamps import to_ns
+from bt_mission.ros.executors.process import (
     NO_ARGUMENTS,
     ProcessOptions,
     RobotNode,

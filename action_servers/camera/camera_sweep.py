@@ -21,8 +21,8 @@ from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
 from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 # The lowest level that compresses at all: seven times faster than Pillow's default for files a
 # fifth larger, and a picture is written between two control steps.

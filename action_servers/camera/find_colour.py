@@ -12,8 +12,8 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import ColourLimit, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import CameraModel, RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import CameraModel, RobotModel
 
 LIMITS = (
     ColourLimit("colour"),

@@ -21,7 +21,7 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 
 
 def plan(

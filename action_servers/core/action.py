@@ -23,9 +23,9 @@ from action_servers.core.checks import (
 from action_servers.core.limits import Limits, faults
 from action_servers.core.maneuver import Fields, Finished, Maneuver, Observation, Refusal
 from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
-from bt_mission.core.actions import ActionName
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.actions import ActionName
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 if TYPE_CHECKING:
     from action_servers.core.grid import Floats

@@ -21,9 +21,9 @@ import numpy.typing as npt
 from action_servers.core.maneuver import Observation, Scan
 from action_servers.core.margins import NOISE_M
 from action_servers.core.tuning import TUNING
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.body import Hull
-from bt_mission.core.robot.model import LidarModel
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.body import Hull
+from bt_mission.robots.model import LidarModel
 
 Points = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float32]

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from action_servers.core.maneuver import ZERO
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 _TURN_SHARE = 0.6
 _BRAKE_SHARE = 0.4

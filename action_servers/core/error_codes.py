@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import astuple, dataclass
 from enum import IntEnum
 
-from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
+from bt_mission.base.dds.liveliness import EXECUTIVE_LOST
 
 
 class ErrorCode(IntEnum):

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bt_mission.core.dds.liveliness import LEASE_S, TIMEOUT_S
-from bt_mission.core.parameters import number
+from bt_mission.base.dds.liveliness import LEASE_S, TIMEOUT_S
+from bt_mission.base.parameters import number
 
 LOOK_S = 0.1
 """The interval of :meth:`ExecutiveWatch.look` while an executive is late, s. Looks are counted, not

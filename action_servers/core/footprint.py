@@ -10,7 +10,7 @@ import numpy as np
 
 from action_servers.core.grid import Floats
 from action_servers.core.margins import HULL_M
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 
 _STEP_M = 0.02
 _STEP_RAD = 0.05

@@ -22,8 +22,8 @@ from action_servers.core.margins import ESCAPE_M, MOVING_M
 from action_servers.core.moving_obstacles import MovingObstacles
 from action_servers.core.rollout import STEP_S, MovingPoints, depth_in, grown, rolled_out
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.model import RobotModel
 
 _BEYOND_S = 2.0
 """The time after the time to give way for which an arc is judged; the base stands at its end."""

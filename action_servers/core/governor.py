@@ -35,8 +35,8 @@ from action_servers.core.progress import Progress
 from action_servers.core.rollout import grown
 from action_servers.core.steering import Steering
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.model import RobotModel
 
 _GENTLE = 0.5
 """Share of what the base can brake by that is counted on, so that it follows with ease."""

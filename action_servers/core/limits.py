@@ -9,8 +9,8 @@ from operator import attrgetter
 from typing import Any, TypeAlias
 
 from action_servers.core.tuning import Tuning
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.stamps import NS, to_ns
+from bt_mission.base.diagnostics import did_you_mean, listed
+from bt_mission.base.stamps import NS, to_ns
 
 # A goal field is a float32: 1.82 arrives as 1.8200000525, and must still be within 1.82.
 FLOAT32_ROUNDING = 1e-6

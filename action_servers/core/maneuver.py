@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.error_codes import ErrorCode
-from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.base.geometry import Pose2D, Twist2D
 
 ZERO = Twist2D()
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.maneuver import Scan
-from bt_mission.core.robot.model import LidarModel
+from bt_mission.robots.model import LidarModel
 
 _RAYS = 720
 

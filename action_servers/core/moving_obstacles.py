@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from action_servers.core.clearance import Points, of_nearest_rays, out_of_frame, pairs, pose_at
 from action_servers.core.maneuver import Observation, Scan
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import LidarModel
+from bt_mission.base.geometry import Pose2D
+from bt_mission.robots.model import LidarModel
 
 REACH_M = 2.0
 """Range within which is looked for what moves."""

@@ -15,8 +15,8 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Fields, Finished, Maneuver, Observation
 from action_servers.core.tuning import TUNING
-from bt_mission.core.actions import REPLACED
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.actions import REPLACED
+from bt_mission.base.geometry import Twist2D
 
 REFUSED_WHILE_MOVING = "another goal moves the {}; it is not replaced (on_new_goal: refuse)"
 REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_new_goal: refuse)"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from action_servers.core.maneuver import Observation
 from action_servers.core.tuning import TUNING
-from bt_mission.core.geometry import Pose2D, Twist2D, distance, wrap
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D, distance, wrap
+from bt_mission.robots.model import RobotModel
 
 ASTRAY_RATE = 0.25
 """rad/s. An uneven floor turns a base that drives straight by less, a single driven wheel by more.

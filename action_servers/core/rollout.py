@@ -12,7 +12,7 @@ from action_servers.core.clearance import Points
 from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.footprint import Footprint
 from action_servers.core.grid import Floats
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 
 STEP_S = 0.1
 """The time between two places on an arc."""

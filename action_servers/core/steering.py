@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 from action_servers.core.maneuver import Observation
-from bt_mission.core.geometry import Twist2D, wrap
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D, wrap
+from bt_mission.robots.model import RobotModel
 
 STROKE_RAD = 0.4
 """The turn of one stroke: with an arc of 0.74 m, the base stays within 0.3 m of its place."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bt_mission.core.parameters import number
+from bt_mission.base.parameters import number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

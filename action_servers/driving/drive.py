@@ -9,8 +9,8 @@ from action_servers.core.limits import SLOWEST_DRIVE, SLOWEST_TURN
 from action_servers.core.maneuver import ZERO, Finished, Observation, Reason
 from action_servers.core.progress import Odometer
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 _SENSES = (Reason.NO_ODOMETRY, Reason.NO_SCAN)
 

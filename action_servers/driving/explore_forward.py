@@ -19,8 +19,8 @@ from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Obse
 from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 NEARER_M = 0.02
 """m beyond `stop_margin`: a base with a nearer stop would be held before it arrives."""

@@ -10,8 +10,8 @@ from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observatio
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 DEFAULT_SPEED = 0.1
 """m/s straight on, for a goal that gives no velocity."""

@@ -13,8 +13,8 @@ from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Obse
 from action_servers.core.progress import Odometer
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 
 def plan(

@@ -16,8 +16,8 @@ from action_servers.core.error_codes import Codes
 from action_servers.core.limits import NOT_NEGATIVE, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
 from action_servers.core.ticker import ROUNDING_S, ChangedFields, Ticker
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.stamps import NS, to_ns
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import NS, to_ns
 
 
 class Allowance(Ticker):

@@ -24,9 +24,9 @@ from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from action_servers.driving.recoveries import Allowance
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.stamps import NS, to_ns
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import NS, to_ns
+from bt_mission.robots.model import RobotModel
 
 
 def limits(robot: RobotModel, tuning: Tuning) -> Limits:

@@ -23,9 +23,9 @@ from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
 from action_servers.driving.recoveries import Allowance
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.stamps import NS, to_ns
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import NS, to_ns
+from bt_mission.robots.model import RobotModel
 
 DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""

@@ -14,9 +14,9 @@ from action_servers.core.maneuver import ZERO, Fields, Finished, Observation
 from action_servers.core.ticker import ChangedFields, Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.joints.trajectory import JointManeuver, holding
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.joints import GripperModel
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.joints import GripperModel
+from bt_mission.robots.model import RobotModel
 
 STALL_VELOCITY, STALL_S = 0.001, 1.0
 """m/s or rad/s below which a gripper stands, and for how long: defaults of ros2_controllers."""

@@ -36,11 +36,11 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.core.diagnostics import listed
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.joints import JointLimits
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.stamps import NS, to_ns
+from bt_mission.base.diagnostics import listed
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import NS, to_ns
+from bt_mission.robots.joints import JointLimits
+from bt_mission.robots.model import RobotModel
 
 MOST_POINTS = 1_000
 ROUNDING = 1e-6

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.maneuver import Grid
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 Indices = npt.NDArray[np.intp]
 

@@ -18,8 +18,8 @@ from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
 from action_servers.navigation.surroundings import Surroundings, ignore
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 
 GIVEN_UP_M = 0.35
 """Frontier cells within this distance of a given-up frontier are not tried again."""

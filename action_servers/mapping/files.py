@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from action_servers.core.grid import OCCUPIED_FROM
 from action_servers.core.maneuver import Grid
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.output import write_file
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.output import write_file
 
 FREE_PIXEL, UNKNOWN_PIXEL, OCCUPIED_PIXEL = 254, 205, 0
 """Grey values of mode trinary, those of Nav2's map saver."""

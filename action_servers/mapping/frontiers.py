@@ -18,7 +18,7 @@ from action_servers.core.grid import OCCUPIED_FROM, Bools, Floats, Survey, centr
 from action_servers.core.maneuver import Grid
 from action_servers.mapping.occupancy import UNKNOWN
 from action_servers.navigation.planner import PRICE_UNIT_M, Point, RoadMap, departures
-from bt_mission.core.geometry import Pose2D, wrap
+from bt_mission.base.geometry import Pose2D, wrap
 
 REACH_M = 1.0
 """The distance to a frontier at which the robot may end if it cannot stand on it; it must see it.

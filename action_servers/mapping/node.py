@@ -20,10 +20,10 @@ from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.navigation.senses import PoseHistory
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
-from bt_mission.core.goal_rate import MOST_WAITING, RateLimit
-from bt_mission.core.parameters import ParameterSpec
-from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.executors.process import (
+from bt_mission.base.goal_rate import MOST_WAITING, RateLimit
+from bt_mission.base.parameters import ParameterSpec
+from bt_mission.robots.model import RobotModel, load_robot
+from bt_mission.ros.executors.process import (
     NO_ARGUMENTS,
     ProcessOptions,
     RobotNode,

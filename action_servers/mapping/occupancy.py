@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from action_servers.core.clearance import of_nearest_rays
 from action_servers.core.maneuver import Grid, Scan
-from bt_mission.core.geometry import Pose2D, composed
-from bt_mission.core.robot.model import LidarModel
+from bt_mission.base.geometry import Pose2D, composed
+from bt_mission.robots.model import LidarModel
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 

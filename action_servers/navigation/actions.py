@@ -20,8 +20,8 @@ from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings, ignore
 from action_servers.navigation.through_poses import NavigateThroughPoses
 from action_servers.navigation.waypoints import FollowWaypoints
-from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, composed, relative, yaw_of
+from bt_mission.robots.model import RobotModel
 
 _UNIT_TOLERANCE = 0.01
 

@@ -15,7 +15,7 @@ from action_servers.core.footprint import Footprint
 from action_servers.core.grid import Bools, Floats, Survey
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.arcs import KEPT_M, ArcWay, HullDiscs
-from bt_mission.core.geometry import Pose2D, Twist2D, wrap
+from bt_mission.base.geometry import Pose2D, Twist2D, wrap
 
 _LENGTH_M = 0.25
 _WINDOW_M = 0.5

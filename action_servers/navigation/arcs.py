@@ -26,7 +26,7 @@ from action_servers.core.margins import HULL_M
 from action_servers.navigation.path import SPACING_M, CostModel, Path, path_through
 from action_servers.navigation.planner import PRICE_UNIT_M, RoadMap, road_map
 from action_servers.navigation.reeds_shepp import Pieces, curves
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 CURVATURE_SHARE = 0.9
 """Of the sharpest arc: the rest is for what the car strays from its way."""

@@ -11,7 +11,7 @@ from action_servers.core.clearance import into_frame
 from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.footprint import Footprint, free_angle, free_distance
 from action_servers.core.grid import Floats, Survey
-from bt_mission.core.geometry import Pose2D, Twist2D, wrap
+from bt_mission.base.geometry import Pose2D, Twist2D, wrap
 
 REACH_M = 1.0
 """The longest way out that is looked for, m."""

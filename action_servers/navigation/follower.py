@@ -15,7 +15,7 @@ from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.grid import Bools, Floats, Survey
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.path import CostModel, Path
-from bt_mission.core.geometry import Pose2D, Twist2D, wrap
+from bt_mission.base.geometry import Pose2D, Twist2D, wrap
 
 _THERE_M = 0.05
 _LOOKAHEAD_M = 0.20

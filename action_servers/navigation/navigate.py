@@ -18,8 +18,8 @@ from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.core.geometry import Pose2D, Twist2D, distance
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D, distance
+from bt_mission.robots.model import RobotModel
 
 _LOOK_AHEAD_M = 2.5
 _STOP_BEFORE_M = 0.05

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 Pieces: TypeAlias = tuple[tuple[int, float], ...]
 """Side of the arc (1 left, 0 straight, -1 right), and its length, negative if it is driven back."""

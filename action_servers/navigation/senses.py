@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from bt_mission.core.geometry import Pose2D, between
+from bt_mission.base.geometry import Pose2D, between
 
 _HISTORY_S = 1.0
 _GUESS_S = 0.15

@@ -14,8 +14,8 @@ from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.path import CostModel, cost_model
 from action_servers.navigation.planner import RoadMap, road_map
 from action_servers.navigation.senses import PoseHistory
-from bt_mission.core.geometry import Pose2D, composed
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, composed
+from bt_mission.robots.model import RobotModel
 
 _NEAR_M = 1.2
 

@@ -9,8 +9,8 @@ from itertools import pairwise
 from action_servers.core.maneuver import ZERO, Finished, Observation, Value
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.core.geometry import Pose2D, Twist2D, distance
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D, distance
+from bt_mission.robots.model import RobotModel
 
 
 class NavigateThroughPoses:

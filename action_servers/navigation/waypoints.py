@@ -9,8 +9,8 @@ from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Obse
 from action_servers.core.ticker import ChangedFields
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.model import RobotModel
 
 _SIGN_OF_LIFE_S = 1.0
 

@@ -30,10 +30,10 @@ from action_servers.core.maneuver import (
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions
-from bt_mission.core.action_requests import BoundedRequests
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.goal_rate import MOST_LINES, MOST_WAITING, GoalRate, RateLimit
-from bt_mission.core.ros_log import log_of
+from bt_mission.base.action_requests import BoundedRequests
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.goal_rate import MOST_LINES, MOST_WAITING, GoalRate, RateLimit
+from bt_mission.base.ros_log import log_of
 
 SHOWN_CHARACTERS = 300
 

@@ -15,12 +15,12 @@ from rclpy.serialization import serialize_message
 
 from action_servers.core.maneuver import Maneuver, Observation, Refusal, ServedAction
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
-from bt_mission.core.cdr.writer import MessageTemplate
-from bt_mission.core.dds.liveliness import RECORDER
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.parameters import text
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import clock_ns, set_ns
+from bt_mission.base.dds.liveliness import RECORDER
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import text
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import clock_ns, set_ns
+from bt_mission.cdr.writer import MessageTemplate
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two checks of the subscriptions."""

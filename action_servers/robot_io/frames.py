@@ -7,9 +7,9 @@ from typing import Any
 
 from action_servers.core.maneuver import Refusal
 from action_servers.robot_io.messages import planar_pose, transform_of
-from bt_mission.core.cdr.decoder import DecodingError, decoder_of
-from bt_mission.core.cdr.picker import Picker, Texts
-from bt_mission.core.geometry import Pose2D, composed
+from bt_mission.base.geometry import Pose2D, composed
+from bt_mission.cdr.decoder import DecodingError, decoder_of
+from bt_mission.cdr.picker import Picker, Texts
 
 KEPT = 100
 """The number of kept messages of moving frames: one or two seconds of a TurtleBot3's."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 
 
 class JointCommander:

@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.maneuver import Fields, Grid, Image, JointReadings, Scan
-from bt_mission.core.cdr.decoder import decoder_of
-from bt_mission.core.cdr.picker import Picked, Picker
-from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_about_z
-from bt_mission.core.robot.model import LidarModel
-from bt_mission.core.stamps import NS, set_ns, to_ns
+from bt_mission.base.geometry import Pose2D, Twist2D, set_planar, yaw_about_z
+from bt_mission.base.stamps import NS, set_ns, to_ns
+from bt_mission.cdr.decoder import decoder_of
+from bt_mission.cdr.picker import Picked, Picker
+from bt_mission.robots.model import LidarModel
 
 MAP_FRAME = "map"
 

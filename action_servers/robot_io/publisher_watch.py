@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from bt_mission.core.dds.publishers import duplicate_publishers, single_publisher_topics
-from bt_mission.core.ros_log import log_of
+from bt_mission.base.dds.publishers import duplicate_publishers, single_publisher_topics
+from bt_mission.base.ros_log import log_of
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two looks."""

@@ -38,12 +38,12 @@ from action_servers.robot_io.messages import (
     seconds,
     speed_limit_of,
 )
-from bt_mission.core.cdr.decoder import decoder_of
-from bt_mission.core.geometry import Pose2D, composed
-from bt_mission.core.parameters import text
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import clock_ns
+from bt_mission.base.geometry import Pose2D, composed
+from bt_mission.base.parameters import text
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import clock_ns
+from bt_mission.cdr.decoder import decoder_of
+from bt_mission.robots.model import RobotModel
 
 T = TypeVar("T")
 

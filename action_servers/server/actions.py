@@ -12,7 +12,7 @@ from typing import Any
 
 from action_servers.core.action import Action, ServerContext
 from action_servers.core.maneuver import ServedAction
-from bt_mission.core.actions import declared
+from bt_mission.base.actions import declared
 
 
 def action(name: str) -> Action:

@@ -32,12 +32,12 @@ from action_servers.server.parameters import (
     limited,
 )
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
-from bt_mission.core.action_requests import BURST
-from bt_mission.core.actions import declared
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.executors.action_endpoints import duplicate_servers, settled
-from bt_mission.executors.process import (
+from bt_mission.base.action_requests import BURST
+from bt_mission.base.actions import declared
+from bt_mission.base.errors import BtMissionError
+from bt_mission.robots.model import RobotModel, load_robot
+from bt_mission.ros.executors.action_endpoints import duplicate_servers, settled
+from bt_mission.ros.executors.process import (
     LOOK_S,
     NO_ARGUMENTS,
     ProcessOptions,

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from action_servers.core.limits import SLOWEST_TURN
 from action_servers.driving import turn
-from bt_mission.core.parameters import ParameterSpec
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.executors.process import RobotNode
+from bt_mission.base.parameters import ParameterSpec
+from bt_mission.robots.model import RobotModel
+from bt_mission.ros.executors.process import RobotNode
 
 DEFAULT_TURN_VELOCITY = "default_turn_velocity"
 SLOWEST_CONTROL_HZ, FASTEST_CONTROL_HZ = 5.0, 100.0

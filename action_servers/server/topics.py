@@ -27,8 +27,8 @@ from action_servers.core.pilot import Interlock, Pilot
 from action_servers.robot_io.adapter import REQUESTS
 from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
-from bt_mission.core.dds.liveliness import TOPIC
-from bt_mission.core.ros_log import log_of
+from bt_mission.base.dds.liveliness import TOPIC
+from bt_mission.base.ros_log import log_of
 
 
 class Switches:

@@ -19,7 +19,7 @@ from types import ModuleType
 from benchmarks.harness.catalogue import Benchmark
 from benchmarks.harness.tree import ROOT, Tree
 from benchmarks.measuring import FIGURES_FILE, NOT_SOUND
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.testing.live_graph import own_domain
 
 AGAINST_ROUNDS = 5
@@ -33,7 +33,12 @@ FORKS = get_context("forkserver")
 """Scripts of the smoke are forks of a process that has imported what most of them need: a start of
 Python with ROS, NumPy and MuJoCo costs more than what the smoke of a script does.
 """
-IMPORTED = ("bt_mission.cli.run", "bt_mission.scenarios.run", "bt_mission.sessions.stage", __name__)
+IMPORTED = (
+    "bt_mission.commands.run",
+    "bt_mission.scenarios.run",
+    "bt_mission.sessions.stage",
+    __name__,
+)
 
 
 class FailedError(Exception):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from bt_mission.core.stamps import MOST_SECONDS
+from bt_mission.base.stamps import MOST_SECONDS
 
 LAST_PORT = 65535
 

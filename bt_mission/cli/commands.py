@@ -91,13 +91,31 @@ PAGES: Mapping[str, Sequence[str]] = {
 _MODULES = {
     **dict.fromkeys(("missions", "worlds", "robots"), "listed_files"),
     **dict.fromkeys(("sim", "servers", "mapper", "arbiter"), "node_command"),
+    **{name: f"graph.{name}" for name in ("actions", "topics", "services")},
+    **{
+        name: f"{name}.command"
+        for name in (
+            "convert",
+            "docs",
+            "edit",
+            "falsify",
+            "fork",
+            "new",
+            "prove",
+            "reproduce",
+            "sweep",
+        )
+    },
+    "mcp": "agents.mcp_command",
+    "approve": "agents.approve_command",
     "schema": "check",
+    "sweep-report": "sweep.report_command",
 }
 
 
 def module_of(name: str) -> str:
     """Return the module whose ``COMMANDS`` have the declaration of a command."""
-    return f"bt_mission.cli.{_MODULES.get(name, name.replace('-', '_'))}"
+    return f"bt_mission.commands.{_MODULES.get(name, name)}"
 
 
 def passed_on(words: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:

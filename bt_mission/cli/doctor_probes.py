@@ -128,7 +128,7 @@ def types_agree() -> str:
     """Looks for topics of the running graph whose publishers and subscribers differ in type."""
     import rclpy
 
-    from bt_mission.core.dds.endpoints import type_conflict
+    from bt_mission.base.dds.endpoints import type_conflict
 
     rclpy.init()
     node = rclpy.create_node("_bt_mission_doctor_types")
@@ -152,7 +152,7 @@ def types_agree() -> str:
 
 def lockstep() -> str:
     """Proves that virtual time can be trusted with this middleware on this machine."""
-    from bt_mission.virtual_time import self_test
+    from bt_mission.ros.virtual_time import self_test
 
     self_test()
     return "messages arrive before time advances"

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bt_mission.base.file_kinds import RECORDINGS, format_of, recording_of, refuse_other_formats
 from bt_mission.cli.parser import Option
-from bt_mission.core.file_kinds import RECORDINGS, format_of, recording_of, refuse_other_formats
 
 
 def settle_inputs(options: argparse.Namespace) -> None:

@@ -8,16 +8,16 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bt_mission.base.dds.discovery import isolate, restrict_discovery
+from bt_mission.base.dds.middleware import prepare_middleware
+from bt_mission.base.diagnostics import Diagnostic, InputError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.file_kinds import RECORDINGS, RUNS
+from bt_mission.base.files import look_deeper, look_for, other_suffix
+from bt_mission.base.nature import PROFILES, Nature
+from bt_mission.base.output import write_file
 from bt_mission.cli.argument_types import above_zero, assignment, input_file, seconds, whole
 from bt_mission.cli.parser import Option, each
-from bt_mission.core.dds.discovery import isolate, restrict_discovery
-from bt_mission.core.dds.middleware import prepare_middleware
-from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.file_kinds import RECORDINGS, RUNS
-from bt_mission.core.files import look_deeper, look_for, other_suffix
-from bt_mission.core.nature import PROFILES, Nature
-from bt_mission.core.output import write_file
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import NodeFactory
@@ -152,7 +152,7 @@ def simulator_of(options: argparse.Namespace) -> NodeFactory | None:
     target = getattr(options, "simulator", None)
     if target is None:
         return None
-    from bt_mission.core.yaml.document import read_text
+    from bt_mission.base.yaml.document import read_text
     from bt_mission.language.checks.python_code import factory_diagnostics
     from bt_mission.language.mission import NodeFactory
     from bt_mission.language.permissions import Permissions
@@ -233,7 +233,7 @@ def mission_file(options: argparse.Namespace) -> Path:
     """
     path = known_mission_file(options)
     if path is None:
-        from bt_mission.core.file_index import find_listed
+        from bt_mission.base.file_index import find_listed
 
         path = find_listed("missions", str(options.file)).path
     return path

@@ -11,11 +11,11 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bt_mission.base.errors import BtMissionError
 from bt_mission.cli.argument_types import FileType
-from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.core.files import Kind
+    from bt_mission.base.files import Kind
     from bt_mission.language.mission import Mission
 
 OUTPUTS = ("output", "unchecked output")
@@ -62,8 +62,8 @@ def refuse_overwritten(options: argparse.Namespace, inputs: Iterable[Path]) -> N
 
 def files_of(mission: Mission) -> Iterator[Path]:
     """Yield the files of a mission, with those of its world, its robot and its Python code."""
-    from bt_mission.core.files import look_for
-    from bt_mission.sweeps.bundle import python_files
+    from bt_mission.base.files import look_for
+    from bt_mission.scenarios.concrete.bundle import python_files
 
     yield from (Path(document.file) for document in mission.documents)
     yield from (path for path, _ in python_files(mission))

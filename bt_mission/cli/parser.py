@@ -16,10 +16,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, NoReturn
 
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import SUFFIXES
+from bt_mission.base.text import escape_control
 from bt_mission.cli.exits import BAD_INPUT
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import SUFFIXES
-from bt_mission.core.text import escape_control
 
 _REMARK = re.compile(r"(?<=\S) {2,}(?=\S)")
 """The blanks between an example and its remark."""
@@ -277,7 +277,7 @@ class HelpText(argparse.HelpFormatter):
 
 def _way_of_file(word: str) -> str | None:
     """Return the command for a file that was given in place of a command."""
-    from bt_mission.core.file_kinds import FORMATS, format_of
+    from bt_mission.base.file_kinds import FORMATS, format_of
 
     kind = format_of(Path(word))
     if kind is None and Path(word).suffix not in SUFFIXES:
@@ -316,7 +316,7 @@ class Parser(argparse.ArgumentParser):
 
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Leave with an error about words that mean nothing here."""
-        from bt_mission.core.diagnostics import did_you_mean
+        from bt_mission.base.diagnostics import did_you_mean
 
         options = [name for name in self._option_string_actions if name.startswith("--")]
         unknown = [word.partition("=")[0] for word in words if word.startswith("-")]
@@ -336,7 +336,7 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         choices = [str(choice) for choice in action.choices or ()]
         if choices and value not in choices:
-            from bt_mission.core.diagnostics import did_you_mean
+            from bt_mission.base.diagnostics import did_you_mean
 
             hint = _way_of_file(str(value)) or did_you_mean(str(value), choices)
             raise argparse.ArgumentError(

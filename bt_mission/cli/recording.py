@@ -10,19 +10,19 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from bt_mission.base.errors import cause_of
 from bt_mission.cli.argument_types import FileType, output_file
 from bt_mission.cli.options import FORCE
 from bt_mission.cli.outputs import file_of_robot
 from bt_mission.cli.parser import Option, each
-from bt_mission.core.errors import cause_of
 
 if TYPE_CHECKING:
+    from bt_mission.base.output import OutputFile
     from bt_mission.cli.run_plan import Summary
-    from bt_mission.core.output import OutputFile
+    from bt_mission.commands.video.recorder import VideoRecorder
     from bt_mission.executive.trace import TraceFile
     from bt_mission.recording.writer import RunRecorder
     from bt_mission.sessions.session import Run, Session
-    from bt_mission.views.video.recorder import VideoRecorder
 
 
 Kept = dict[str, str | int]
@@ -30,7 +30,7 @@ Kept = dict[str, str | int]
 
 
 def _check_encoder() -> None:
-    from bt_mission.views.video.mp4 import load_encoder
+    from bt_mission.commands.video.mp4 import load_encoder
 
     load_encoder()
 
@@ -134,8 +134,8 @@ def _film_of(path: Path | None, session: Session) -> Iterator[VideoRecorder | No
     if path is None or not isinstance(session, Stage):
         yield None
         return
-    from bt_mission.views.video.mp4 import Mp4File
-    from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, VideoRecorder
+    from bt_mission.commands.video.mp4 import Mp4File
+    from bt_mission.commands.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, VideoRecorder
     from sim.views.views import WorldViews
 
     robot = session.runs[0].robot

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import open_file
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import open_file
 
 BEGIN, END = "--ros-args", "--"
 PARAMETERS = "--params-file"

@@ -9,17 +9,17 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from bt_mission.cli.check import examined_file, examined_fleet, permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
+from bt_mission.commands.check import examined_file, examined_fleet, permissions_of
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
-    from bt_mission.faults.live import LiveFaults
-    from bt_mission.faults.located import WrittenFault
-    from bt_mission.fleets.plan import FleetPlan
     from bt_mission.language.mission import Mission
+    from bt_mission.scenarios.faults.live import LiveFaults
+    from bt_mission.scenarios.faults.located import WrittenFault
+    from bt_mission.scenarios.fleets.plan import FleetPlan
     from bt_mission.scenarios.scenario import Scenario, ScenarioResult
     from bt_mission.sessions.drive import Reports
     from bt_mission.sessions.session import Session
@@ -142,7 +142,7 @@ class FleetRunPlan:
     ) -> AbstractContextManager[Summarize]:
         """Have the faults begin at their times; viewers make none."""
         session.facts["fleet"] = self.fleet.name
-        from bt_mission.fleets.run import fleet_report
+        from bt_mission.scenarios.fleets.run import fleet_report
 
         return with_faults(
             session, self.faults, lambda reports: fleet_report(self.fleet.name, session, reports)
@@ -205,7 +205,7 @@ def written_faults(
     """Return the faults of ``--fault``; doubts about them go to standard error."""
     if not options.fault:
         return ()
-    from bt_mission.faults.located import faults_in_texts
+    from bt_mission.scenarios.faults.located import faults_in_texts
 
     faults = faults_in_texts(options.fault, robots)
     for doubt in (doubt for fault in faults for doubt in fault.doubts()):
@@ -236,7 +236,7 @@ def takes_faults(options: argparse.Namespace) -> bool:
 
 def most_obstacles() -> int:
     """Return how many objects faults can place."""
-    from bt_mission.faults.world import MOST_OBSTACLES
+    from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 
     return MOST_OBSTACLES
 
@@ -258,7 +258,7 @@ def with_faults(
     if not faults:
         yield summarize
         return
-    from bt_mission.faults.located import planned_on
+    from bt_mission.scenarios.faults.located import planned_on
 
     with planned_on(session, faults, live.target if live else None) as with_outcomes:
         yield lambda reports: summarize(

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 from bt_mission.cli import recording
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
-from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.run_plan import RunPlan, Summarize, Summary, takes_faults
 from bt_mission.cli.view import windows
 from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web_server
+from bt_mission.commands.foxglove.command import foxglove_on
 
 if TYPE_CHECKING:
-    from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.faults.live import LiveFaults
+    from bt_mission.base.interrupts import InterruptSignals
+    from bt_mission.scenarios.faults.live import LiveFaults
     from bt_mission.sessions.drive import Reports, Steps
     from bt_mission.sessions.session import Session
     from bt_mission.sessions.view import View
@@ -35,9 +35,9 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
 
     A run that succeeds fails if a file that was asked for is incomplete.
     """
-    from bt_mission.cli.watch import is_drawable
-    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
-    from bt_mission.core.memory import settle_memory
+    from bt_mission.base.interrupts import TWO_WISHES, InterruptSignals
+    from bt_mission.base.memory import settle_memory
+    from bt_mission.commands.watch import is_drawable
     from bt_mission.sessions.drive import driving, finish
 
     on_page = options.web and not options.attach
@@ -83,7 +83,7 @@ def _live_faults(options: argparse.Namespace, session: Session) -> LiveFaults | 
     """Return what makes the faults of viewers, of a robot alone in a simulation."""
     if not takes_faults(options) or len(session.runs) > 1:
         return None
-    from bt_mission.faults.live import LiveFaults
+    from bt_mission.scenarios.faults.live import LiveFaults
     from bt_mission.sessions.stage import Stage
 
     return LiveFaults(session) if isinstance(session, Stage) else None

@@ -13,13 +13,13 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from bt_mission.base.errors import BtMissionError
 from bt_mission.cli.argument_types import port
 from bt_mission.cli.parser import Option, each
-from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.views.web.edit.server import EditServer
-    from bt_mission.views.web.edit.workspace import Workspace
+    from bt_mission.commands.edit.web.server import EditServer
+    from bt_mission.commands.edit.web.workspace import Workspace
     from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.server import PageServer, WebOptions, WebServer
 
@@ -125,7 +125,7 @@ def page_server(options: argparse.Namespace, page: str) -> Iterator[PageServer]:
 @contextmanager
 def edit_server(options: argparse.Namespace, workspace: Workspace) -> Iterator[EditServer]:
     """As :func:`web_server`, of the editor of a folder."""
-    from bt_mission.views.web.edit.server import EditServer
+    from bt_mission.commands.edit.web.server import EditServer
 
     server = EditServer(workspace, _web_options(options), keeps_ready=True)
     what = "read the files of the folder" if options.read_only else EDITS
@@ -180,7 +180,7 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
     if not options.web:
         yield
         return
-    from bt_mission.core.guarded_server import listening_socket
+    from bt_mission.base.guarded_server import listening_socket
 
     listening_socket(options.host or LOOPBACK, _port_of(options)).close()  # or say so at once
     with watch_beside(name, *web_arguments(options)):
@@ -190,7 +190,7 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
 @contextmanager
 def watch_beside(*words: str) -> Iterator[None]:
     """Run ``bt-mission watch`` with these words in another process, and end it afterwards."""
-    from bt_mission.core.python_process import python_command, python_environment
+    from bt_mission.base.python_process import python_command, python_environment
 
     command = python_command("-m", "bt_mission", "watch", *words, "--until-input-ends")
     process = subprocess.Popen(  # noqa: S603 - this Python with a command of ours
@@ -206,8 +206,8 @@ def watch_beside(*words: str) -> Iterator[None]:
 
 def stay_until_left(status: str) -> None:
     """Let the page be looked at when the mission has ended with this status, until Ctrl-C."""
-    from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.core.wall_clock import LONGEST_SLEEP_S, rest
+    from bt_mission.base.interrupts import InterruptSignals
+    from bt_mission.base.wall_clock import LONGEST_SLEEP_S, rest
     from bt_mission.views.web.run import page_stays
 
     to_stderr(page_stays(status))

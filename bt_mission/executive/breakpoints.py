@@ -13,9 +13,9 @@ from contextlib import suppress
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
 
-from bt_mission.behaviours.hooks import Hooked
-from bt_mission.core.diagnostics import did_you_mean
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.diagnostics import did_you_mean
+from bt_mission.base.errors import BtMissionError
+from bt_mission.executive.behaviours.hooks import Hooked
 
 
 class Breakpoints:

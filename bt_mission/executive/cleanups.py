@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterable, Iterator
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.cleanup import Finally
-from bt_mission.core.errors import described
-from bt_mission.goals.ledger import Ledger
+from bt_mission.base.errors import described
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.behaviours.cleanup import Finally
+from bt_mission.executive.goals.ledger import Ledger
 
 
 class Cleanups:

@@ -20,16 +20,18 @@ from typing import TYPE_CHECKING
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.decorators import Subtree
-from bt_mission.behaviours.follow import FollowedVariables, scopes_of
-from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.revision import Graft
-from bt_mission.behaviours.runtime import Runtime
-from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
-from bt_mission.core.listeners import Listeners
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import (
+from bt_mission.base.errors import BtMissionError, callback_failure, cause_of
+from bt_mission.base.listeners import Listeners
+from bt_mission.base.stamps import NS
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.behaviours.decorators import Subtree
+from bt_mission.executive.behaviours.follow import FollowedVariables, scopes_of
+from bt_mission.executive.behaviours.hooks import Hooked
+from bt_mission.executive.behaviours.revision import Graft
+from bt_mission.executive.behaviours.runtime import Runtime
+from bt_mission.executive.breakpoints import Breakpoints
+from bt_mission.executive.cleanups import Cleanups
+from bt_mission.executive.events.events import (
     AT_BREAKPOINT,
     EventStream,
     GoalChanged,
@@ -40,14 +42,12 @@ from bt_mission.events.events import (
     StateChanged,
     TreeRevised,
 )
-from bt_mission.events.mission_state import MissionState
-from bt_mission.executive.breakpoints import Breakpoints
-from bt_mission.executive.cleanups import Cleanups
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.goals.goal import Goal, state_of
+from bt_mission.executive.goals.poses import poses_of
 from bt_mission.executive.numbered_tree import NumberedTree
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.goal import Goal, state_of
-from bt_mission.goals.poses import poses_of
 
 if TYPE_CHECKING:
     from bt_mission.executive.journal.recovery import Recovery

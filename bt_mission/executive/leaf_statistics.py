@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import NodeChanged, NodeInfo, TreeRevised
+from bt_mission.base.stamps import NS
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.events.events import NodeChanged, NodeInfo, TreeRevised
 from bt_mission.executive.executive import Executive
 
 

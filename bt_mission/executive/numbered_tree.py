@@ -8,8 +8,8 @@ from typing import Self
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.behaviours.python_leaf import PythonLeaf
-from bt_mission.events.events import NodeInfo
+from bt_mission.executive.behaviours.python_leaf import PythonLeaf
+from bt_mission.executive.events.events import NodeInfo
 from bt_mission.executive.status import node_paths
 
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.nature import in_words
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import counted, escape_control, seconds
-from bt_mission.core.verdicts import conclusion
-from bt_mission.events.log import verdict
+from bt_mission.base.nature import in_words
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import counted, escape_control, seconds
+from bt_mission.base.verdicts import conclusion
+from bt_mission.executive.events.log import verdict
 
 if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive

@@ -12,10 +12,10 @@ from dataclasses import replace
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.revision import Graft
-from bt_mission.behaviours.runtime import Runtime
-from bt_mission.core.errors import cause_of
+from bt_mission.base.errors import cause_of
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.behaviours.revision import Graft
+from bt_mission.executive.behaviours.runtime import Runtime
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.numbered_tree import NumberedTree
 from bt_mission.language.mission import Mission

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import contents_of
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import contents_of
 from bt_mission.executive.trace import VERSION
 
 

@@ -1,8 +1,8 @@
 """The events of a run, as lines by which two runs can be compared.
 
-One event is one line of JSON (:mod:`bt_mission.events.codec`). :attr:`Trace.sha256` is the hash
-over all lines so far, each followed by a line feed; it starts with a line that names the version of
-this format. One differing bit in a pose changes the hash.
+One event is one line of JSON (:mod:`bt_mission.executive.events.codec`). :attr:`Trace.sha256` is
+the hash over all lines so far, each followed by a line feed; it starts with a line that names the
+version of this format. One differing bit in a pose changes the hash.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
-from bt_mission.core.listeners import Stream
-from bt_mission.core.output import DELETED, OutputFile
-from bt_mission.events.codec import goal_line, node_names, trace_line
-from bt_mission.events.events import (
+from bt_mission.base.listeners import Stream
+from bt_mission.base.output import DELETED, OutputFile
+from bt_mission.executive.events.codec import goal_line, node_names, trace_line
+from bt_mission.executive.events.events import (
     Event,
     EventStream,
     GoalChanged,

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-from bt_mission.core.text import escape_control, seconds
-from bt_mission.events.log import line_of
+from bt_mission.base.text import escape_control, seconds
+from bt_mission.executive.events.log import line_of
 from bt_mission.executive.stored_trace import StoredTrace
 
 Event = dict[str, Any]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container
 from importlib.metadata import entry_points
 
-from bt_mission.core.actions import ActionName, declared
+from bt_mission.base.actions import ActionName, declared
 
 GROUP = "bt_mission.actions"
 """The entry points by which a package declares its actions; each is an `ActionName`."""

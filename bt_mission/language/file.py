@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, SkipValidation
 
-from bt_mission.core.nature_field import WrittenNature
+from bt_mission.base.nature_field import WrittenNature
 from bt_mission.language.follow import FollowSettings
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode
-from bt_mission.language.requirements.written import Requirements
+from bt_mission.requirements.language.written import Requirements
 
 Follows = Annotated[FollowSettings | list[FollowSettings], SkipValidation]
 """Variables that follow topics, not read yet: the reader takes them one by one."""

@@ -8,8 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import Diagnostic, did_you_mean, listed, quoted
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 
 DEFAULTS: Mapping[str, float] = {

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
-from bt_mission.core.diagnostics import (
+from bt_mission.base.diagnostics import (
     Diagnostic,
     InputError,
     describe,
@@ -17,8 +17,8 @@ from bt_mission.core.diagnostics import (
     listed,
     quoted,
 )
-from bt_mission.core.units import UNITS, converted
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.units import UNITS, converted
+from bt_mission.base.yaml.document import read_text
 from bt_mission.language.expressions.units import Measured, is_angle
 from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
 from bt_mission.language.nodes.fields import input_value, refusal

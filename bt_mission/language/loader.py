@@ -6,12 +6,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, describe, in_order
-from bt_mission.core.yaml.composer import Place
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import Diagnostic, InputError, describe, in_order
+from bt_mission.base.yaml.composer import Place
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.checks.live_values import live_values
 from bt_mission.language.checks.mission import tree_diagnostics
-from bt_mission.language.checks.requirements import requirement_diagnostics
 from bt_mission.language.checks.warnings import warnings
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
@@ -23,8 +22,9 @@ from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.places import places_of
-from bt_mission.language.requirements.written import requirements_of
 from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_diagnostics
+from bt_mission.requirements.checks import requirement_diagnostics
+from bt_mission.requirements.language.written import requirements_of
 
 OTHER_KINDS = {
     "scenario": "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios",

@@ -9,16 +9,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from bt_mission.core.diagnostics import Diagnostic
-from bt_mission.core.nature import Nature
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import Diagnostic
+from bt_mission.base.nature import Nature
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
 from bt_mission.language.nodes.fields import ProgramEntry
 from bt_mission.language.nodes.subtree import TreeNode
-from bt_mission.language.requirements.formula import Requirement
+from bt_mission.requirements.language.formula import Requirement
 
 
 @dataclass(frozen=True, kw_only=True)

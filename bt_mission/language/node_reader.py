@@ -13,15 +13,15 @@ from typing import Any, TypeVar
 
 import pydantic
 
-from bt_mission.core.diagnostics import (
+from bt_mission.base.diagnostics import (
     MOST_DIAGNOSTICS,
     Diagnostic,
     describe,
     listed,
     quoted,
 )
-from bt_mission.core.yaml.document import Document
-from bt_mission.core.yaml.models import model_diagnostics
+from bt_mission.base.yaml.document import Document
+from bt_mission.base.yaml.models import model_diagnostics
 from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import MissionFile, TreeDefinition

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from bt_mission.core import files
+from bt_mission.base import files
 
 PythonUse = Literal["import", "name", "refuse"]
 """What becomes of Python leaves: they are imported and checked, only named, or refused."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import look_for
-from bt_mission.core.yaml.document import read
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.files import look_for
+from bt_mission.base.yaml.document import read
 from bt_mission.language.expressions.places import AnyPlace, Places, Pose
 from bt_mission.language.permissions import ANYTHING, Permissions
 

@@ -15,9 +15,9 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.core.diagnostics import did_you_mean, listed, quoted
-from bt_mission.core.errors import HintedError, described
-from bt_mission.core.user_files import load_file
+from bt_mission.base.diagnostics import did_you_mean, listed, quoted
+from bt_mission.base.errors import HintedError, described
+from bt_mission.base.user_files import load_file
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.permissions import is_within
 

@@ -17,8 +17,8 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
-from bt_mission.core.diagnostics import quoted
-from bt_mission.core.text import escape_control
+from bt_mission.base.diagnostics import quoted
+from bt_mission.base.text import escape_control
 from bt_mission.language.checks.scope import written_by
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.follow import FollowSettings

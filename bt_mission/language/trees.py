@@ -13,9 +13,9 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 from pathlib import Path, PurePath
 
-from bt_mission.core import files
-from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.base import files
+from bt_mission.base.diagnostics import Diagnostic, InputError, quoted
+from bt_mission.base.yaml.document import Document, read, read_text
 from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type, type_of
 from bt_mission.language.file import Library, MissionFile, TreeDefinition

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.task import Future, FutureState, Task
 from typing_extensions import override
 
-from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 
 
 class Over(Future):

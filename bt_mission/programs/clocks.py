@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.clock_type import ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
-from bt_mission.core.stamps import NS
+from bt_mission.base.stamps import NS
 from bt_mission.programs.calls import Call, StandIn, Wait, current_call
 
 _real_sleep = time.sleep

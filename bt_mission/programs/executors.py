@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.task import Future, Task
 from typing_extensions import override
 
-from bt_mission.core.stamps import NS
+from bt_mission.base.stamps import NS
 from bt_mission.programs.calls import Call, Life, Program, StandIn, Wait, current_call
 
 ENDLESS = -1

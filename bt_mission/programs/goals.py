@@ -12,8 +12,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 from typing_extensions import override
 
-from bt_mission.executors.serving import ServingExecutor
 from bt_mission.programs.executors import ProgramExecutor
+from bt_mission.ros.executors.serving import ServingExecutor
 
 WORDS = {
     GoalEvent.EXECUTE: "executing",

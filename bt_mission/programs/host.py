@@ -18,8 +18,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.task import Future, Task
 
-from bt_mission.core.stamps import NS
-from bt_mission.executors.coroutines import awaited_by
+from bt_mission.base.stamps import NS
 from bt_mission.programs import replaced, signals
 from bt_mission.programs.calls import Call, Life, Over, Program, Wait, current_call
 from bt_mission.programs.executors import (
@@ -33,7 +32,8 @@ from bt_mission.programs.goals import ServedGoals
 from bt_mission.programs.mains import MainProgram
 from bt_mission.programs.remarks import Remarks
 from bt_mission.programs.stuck import find_stuck, refuse_standstill
-from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.ros.executors.coroutines import awaited_by
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 
 READS_PER_INSTANT = 200
 """Readings of a clock within an instant, by one call, after which time moves by a step."""

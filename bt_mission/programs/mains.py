@@ -20,7 +20,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from typing_extensions import override
 
-from bt_mission.core.code_owner import owner_of
+from bt_mission.base.code_owner import owner_of
 from bt_mission.programs.calls import Call, Host, Program, StandIn, current_call
 from bt_mission.programs.executors import SingleThreadedExecutor
 

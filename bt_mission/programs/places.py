@@ -6,8 +6,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from bt_mission.core.clock_watch import Holder, callback_in
-from bt_mission.core.code_owner import owner_of
+from bt_mission.base.clock_watch import Holder, callback_in
+from bt_mission.base.code_owner import owner_of
 from bt_mission.programs.calls import Call
 
 _FUNCTIONS = {

@@ -13,12 +13,12 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
-from bt_mission.core.clock_watch import callback_in
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import NS
+from bt_mission.base.clock_watch import callback_in
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import NS
 from bt_mission.programs.calls import Call
 from bt_mission.programs.places import what_of
-from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 
 LATE = "BT-920"
 """The code of a request that has waited."""

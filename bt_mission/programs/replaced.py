@@ -30,8 +30,8 @@ import rclpy.wait_for_message
 from rclpy import utilities
 from rclpy.callback_groups import ReentrantCallbackGroup
 
-from bt_mission.core.code_owner import owner_of
-from bt_mission.core.stamps import NS
+from bt_mission.base.code_owner import owner_of
+from bt_mission.base.stamps import NS
 from bt_mission.programs import clocks, goals, signals, threads
 from bt_mission.programs.calls import Wait, current_call
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.action import ActionClient
 from rclpy.client import Client
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.programs.calls import Call, Program
 from bt_mission.programs.executors import SPINS, ProgramExecutor
 from bt_mission.programs.places import frames_of, what_of

@@ -10,7 +10,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from bt_mission.core.stamps import NS
+from bt_mission.base.stamps import NS
 from bt_mission.programs.calls import Call, Life, StandIn, Wait, current_call
 
 _real_lock = threading.Lock

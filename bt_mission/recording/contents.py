@@ -14,7 +14,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from bt_mission.core.versions import versions
+from bt_mission.base.versions import versions
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.session import Run
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from functools import cache
 
-from bt_mission.core.cdr.decoder import Decoder, DecodingError
-from bt_mission.core.cdr.definitions import Field, NoDefinitionError, definition_of, parse
+from bt_mission.cdr.decoder import Decoder, DecodingError
+from bt_mission.cdr.definitions import Field, NoDefinitionError, definition_of, parse
 
 _FAMILIES = {
     **dict.fromkeys(("byte", "char"), "an integer"),

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, TypeAdapter
 from typing_extensions import TypedDict
 
-from bt_mission.core.nature_field import read_nature
+from bt_mission.base.nature_field import read_nature
 
 FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
 """The names of the metadata records."""

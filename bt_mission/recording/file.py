@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
-from bt_mission.core.output import OutputFile
+from bt_mission.base.output import OutputFile
 from bt_mission.recording.chunks import ChunkWriter, Message
 
 PROFILE = "ros2"

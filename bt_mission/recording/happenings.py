@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
-from bt_mission.events import messages, reader
-from bt_mission.events.codec import event_of, knows
-from bt_mission.events.events import Event
+from bt_mission.cdr.decoder import DecodedMessage, DecodingError
+from bt_mission.executive.events import messages, reader
+from bt_mission.executive.events.codec import event_of, knows
+from bt_mission.executive.events.events import Event
 from bt_mission.recording.expected_types import is_installed
 from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.events.events import NodeInfo
+from bt_mission.executive.events.events import NodeInfo
 from bt_mission.requirements.monitor import RequirementResult
 
 Floats = npt.NDArray[np.float64]

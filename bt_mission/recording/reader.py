@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from py_trees.common import Status
 
-from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
-from bt_mission.core.cdr.definitions import action_of
-from bt_mission.events.events import (
+from bt_mission.cdr.decoder import DecodedMessage, DecodingError
+from bt_mission.cdr.definitions import action_of
+from bt_mission.executive.events.events import (
     GoalChanged,
     NodeChanged,
     RunStarted,

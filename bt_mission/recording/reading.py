@@ -24,10 +24,10 @@ from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 
-from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
-from bt_mission.core.diagnostics import did_you_mean, listed, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import open_file
+from bt_mission.base.diagnostics import did_you_mean, listed, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import open_file
+from bt_mission.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.recording.expected_types import checked_decoder
 from bt_mission.recording.facts import LARGEST_NS, RunFacts, robot_of
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import HALTED, ActionLeaf
-from bt_mission.core.actions import GOALS_AT, goals_at
-from bt_mission.core.diagnostics import quoted
-from bt_mission.events.events import (
+from bt_mission.base.actions import GOALS_AT, goals_at
+from bt_mission.base.diagnostics import quoted
+from bt_mission.executive.behaviours.action_leaf import HALTED, ActionLeaf
+from bt_mission.executive.events.events import (
     FINAL,
     Event,
     GoalChanged,
@@ -25,9 +25,8 @@ from bt_mission.events.events import (
     TreeRevised,
     VariableChanged,
 )
-from bt_mission.goals.outcome import Outcome
+from bt_mission.executive.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.happenings import (
     TRACE,
     ExecutiveMessage,
@@ -37,6 +36,7 @@ from bt_mission.recording.happenings import (
     TraceLine,
 )
 from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.signals import STATUSES, NodeOutcomes, field_of
 
 FEEDBACK = "feedback"

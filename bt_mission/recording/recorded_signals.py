@@ -8,12 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import NodeInfo, RunStarted, TreeRevised
+from bt_mission.base.stamps import NS
+from bt_mission.executive.events.events import NodeInfo, RunStarted, TreeRevised
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.requirements.formula import Requirement, signals_in
-from bt_mission.language.requirements.signals import SIGNALS
-from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.facts import LARGEST_NS
 from bt_mission.recording.happenings import (
     TRUTH,
@@ -26,6 +23,9 @@ from bt_mission.recording.reading import UNREADABLE, RecordedFile, RecordingErro
 from bt_mission.recording.recorded_mission import RecordedMission
 from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE
 from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.language.formula import Requirement, signals_in
+from bt_mission.requirements.language.signals import SIGNALS
+from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.signals import (
     BATTERY,
     ODOMETRY,

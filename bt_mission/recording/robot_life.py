@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from bt_mission.core.cdr.decoder import DecodedMessage
-from bt_mission.core.geometry import Pose2D, yaw_of
-from bt_mission.events.reader import transforms
-from bt_mission.events.robot_state import BASES, Frames, frames_of, locate
+from bt_mission.base.geometry import Pose2D, yaw_of
+from bt_mission.cdr.decoder import DecodedMessage
+from bt_mission.executive.events.reader import transforms
+from bt_mission.executive.events.robot_state import BASES, Frames, frames_of, locate
 from bt_mission.recording.happenings import ODOMETRY, TRUTH, RobotMessage
 from bt_mission.recording.model import (
     Floats,

@@ -18,15 +18,15 @@ from operator import is_
 from typing import Any, get_args
 
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.requirements.formula import (
+from bt_mission.recording.file import McapFile
+from bt_mission.recording.reading import RecordedFile, RecordingError
+from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.language.formula import (
     Formula,
     OnViolation,
     Requirement,
     signals_in,
 )
-from bt_mission.recording.file import McapFile
-from bt_mission.recording.reading import RecordedFile, RecordingError
-from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.stage_signals import OF_STATE
 

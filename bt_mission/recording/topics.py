@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import QoSProfile
 
-from bt_mission.core.cdr.decoder import Take
-from bt_mission.core.diagnostics import listed
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.diagnostics import listed
+from bt_mission.base.errors import BtMissionError
+from bt_mission.cdr.decoder import Take
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.observable_publisher import ObservablePublisher

@@ -11,16 +11,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import seconds
-from bt_mission.language.checks.requirements import KnownNames
-from bt_mission.language.requirements.formula import (
-    CONTROL_STEP_S,
-    Requirement,
-    walk,
-)
-from bt_mission.language.requirements.syntax import EVERYTHING, Measure, Temporal
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import seconds
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.recording.happenings import TEXT, RecordedMessage, SignalLine, fold, happenings
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import RunReader
@@ -28,6 +21,13 @@ from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurvey
 from bt_mission.recording.replay.timeline import Timeline, TimelineReader
 from bt_mission.recording.signal_samples import requirements_in
+from bt_mission.requirements.checks import KnownNames
+from bt_mission.requirements.language.formula import (
+    CONTROL_STEP_S,
+    Requirement,
+    walk,
+)
+from bt_mission.requirements.language.syntax import EVERYTHING, Measure, Temporal
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
 PERIOD_NS = round(CONTROL_STEP_S * NS)

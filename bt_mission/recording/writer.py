@@ -14,17 +14,17 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
-from bt_mission.core.cdr.decoder import Decoder, Take, decoder_of
-from bt_mission.core.cdr.definitions import NoDefinitionError, definition_of, with_plain_names
-from bt_mission.core.dds.liveliness import RECORDER
-from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
-from bt_mission.core.errors import described
-from bt_mission.core.files import SUFFIXES
-from bt_mission.core.output import DELETED
-from bt_mission.core.stamps import set_ns
-from bt_mission.core.versions import versions
-from bt_mission.events.events import Event, TreeRevised
-from bt_mission.events.log import rosout_line
+from bt_mission.base.dds.liveliness import RECORDER
+from bt_mission.base.dds.liveliness import TOPIC as PRESENCE
+from bt_mission.base.errors import described
+from bt_mission.base.files import SUFFIXES
+from bt_mission.base.output import DELETED
+from bt_mission.base.stamps import set_ns
+from bt_mission.base.versions import versions
+from bt_mission.cdr.decoder import Decoder, Take, decoder_of
+from bt_mission.cdr.definitions import NoDefinitionError, definition_of, with_plain_names
+from bt_mission.executive.events.events import Event, TreeRevised
+from bt_mission.executive.events.log import rosout_line
 from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import (
     PictureFolder,

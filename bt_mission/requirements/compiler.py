@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import TypeAlias, cast
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.units import shown_unit
+from bt_mission.base.stamps import NS
+from bt_mission.base.units import shown_unit
 from bt_mission.language.expressions.syntax import (
     Comparison,
     EvaluationScope,
@@ -19,7 +19,7 @@ from bt_mission.language.expressions.syntax import (
     SyntaxNode,
 )
 from bt_mission.language.expressions.values import ExpressionError, Plain
-from bt_mission.language.requirements.formula import (
+from bt_mission.requirements.language.formula import (
     filling,
     full_after,
     looks_ahead,
@@ -27,8 +27,8 @@ from bt_mission.language.requirements.formula import (
     unit_of,
     walk,
 )
-from bt_mission.language.requirements.signals import ENDS_WITH_MISSION
-from bt_mission.language.requirements.syntax import (
+from bt_mission.requirements.language.signals import ENDS_WITH_MISSION
+from bt_mission.requirements.language.syntax import (
     EVERYTHING,
     Measure,
     SignalValue,

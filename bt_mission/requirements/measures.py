@@ -13,7 +13,7 @@ from typing import Any, Self
 
 from typing_extensions import override
 
-from bt_mission.core.stamps import NS
+from bt_mission.base.stamps import NS
 from bt_mission.language.expressions.values import Plain
 from bt_mission.requirements.operators import Atom, Formula
 from bt_mission.requirements.samples import Sample

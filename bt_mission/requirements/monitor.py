@@ -8,20 +8,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import seconds
-from bt_mission.core.verdicts import FAILING, VACUOUS, Verdict
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import seconds
+from bt_mission.base.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.language.expressions.syntax import SyntaxNode
-from bt_mission.language.requirements.formula import (
+from bt_mission.requirements.compiler import Compiler, Number, Reader
+from bt_mission.requirements.language.formula import (
     Condition,
     OnViolation,
     Requirement,
     full_after,
     signals_in,
 )
-from bt_mission.language.requirements.premises import Premise
-from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.compiler import Compiler, Number, Reader
+from bt_mission.requirements.language.premises import Premise
+from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.requirements.roots import Root
 from bt_mission.requirements.samples import Sample, Truncation
 

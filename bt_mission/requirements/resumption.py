@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from bt_mission.core.verdicts import VACUOUS, Verdict
+from bt_mission.base.verdicts import VACUOUS, Verdict
 from bt_mission.language.expressions.syntax import Not
-from bt_mission.language.requirements.formula import Requirement, walk
-from bt_mission.language.requirements.syntax import EVERYTHING, FUTURE, Measure, Temporal
+from bt_mission.requirements.language.formula import Requirement, walk
+from bt_mission.requirements.language.syntax import EVERYTHING, FUTURE, Measure, Temporal
 from bt_mission.requirements.monitor import RequirementResult
 
 BEFORE = "before the mission was resumed"

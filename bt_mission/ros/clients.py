@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.task import Future
 
-from bt_mission.core.dds.liveliness import RECORDER
+from bt_mission.base.dds.liveliness import RECORDER
 from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import check_type, fill, message_type, service_type
 

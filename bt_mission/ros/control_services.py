@@ -11,7 +11,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.revision import Revision

@@ -1,4 +1,4 @@
-"""Events as ROS messages; :mod:`bt_mission.events.reader` reads them."""
+"""Events as ROS messages; :mod:`bt_mission.executive.events.reader` reads them."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from py_trees.common import Status
 
-from bt_mission.core.stamps import set_ns
-from bt_mission.events.codec import fields_of
-from bt_mission.events.events import (
+from bt_mission.base.stamps import set_ns
+from bt_mission.executive.events.codec import fields_of
+from bt_mission.executive.events.events import (
     Event,
     GoalChanged,
     LogLine,
@@ -40,8 +40,8 @@ from bt_mission.events.events import (
     StateChanged,
     TreeRevised,
 )
-from bt_mission.events.log import words_of
-from bt_mission.events.mission_file import sha256_of
+from bt_mission.executive.events.log import words_of
+from bt_mission.executive.events.mission_file import sha256_of
 from bt_mission.language.mission import Mission
 
 CODES = {

@@ -14,14 +14,14 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.core.listeners import Stream
-from bt_mission.executors.action_endpoints import duplicate_servers, qos_conflict
-from bt_mission.executors.serving import ServingExecutor
-from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.base.listeners import Stream
+from bt_mission.executive.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient
+from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict
+from bt_mission.ros.executors.serving import ServingExecutor
 from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import action_type
-from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
 
 
 @dataclass(frozen=True)

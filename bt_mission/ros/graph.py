@@ -18,14 +18,14 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
-from bt_mission.core.clock_watch import ClockWatch, Interrupted, LeftError, refuse_leaving
-from bt_mission.core.dds.publishers import CLOCK, duplicate_publishers
-from bt_mission.core.errors import BtMissionError, callback_failure
-from bt_mission.core.goal_rate import MOST_WAITING
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.clock_watch import ClockWatch, Interrupted, LeftError, refuse_leaving
+from bt_mission.base.dds.publishers import CLOCK, duplicate_publishers
+from bt_mission.base.errors import BtMissionError, callback_failure
+from bt_mission.base.goal_rate import MOST_WAITING
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.status import MissionStatus
-from bt_mission.executors.action_endpoints import duplicate_servers, qos_conflict, settled
-from bt_mission.executors.live import LiveExecutor
+from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict, settled
+from bt_mission.ros.executors.live import LiveExecutor
 
 if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive

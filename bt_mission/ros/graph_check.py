@@ -14,12 +14,11 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-from bt_mission.core.dds.participants import Discovery
-from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.core.yaml.document import read_source
-from bt_mission.executors.action_endpoints import duplicate_servers, qos_conflict
+from bt_mission.base.dds.participants import Discovery
+from bt_mission.base.diagnostics import Diagnostic, did_you_mean, listed, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.base.yaml.document import read_source
 from bt_mission.language.follow import Follow
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import (
@@ -27,6 +26,7 @@ from bt_mission.language.nodes.base import (
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
+from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict
 from bt_mission.ros.graph import REQUESTS, WAIT_S, GraphConnection, type_hash_of
 from bt_mission.ros.interface_types import KINDS, action_type
 

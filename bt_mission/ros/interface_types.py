@@ -13,9 +13,9 @@ from typing import Any
 
 from rosidl_parser import definition
 
-from bt_mission.core.cdr.definitions import share_folders
-from bt_mission.core.diagnostics import did_you_mean, listed, quoted
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.diagnostics import did_you_mean, listed, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.cdr.definitions import share_folders
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.message_types import (

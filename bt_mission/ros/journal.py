@@ -9,8 +9,8 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.yaml.document import read_text
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.store import Journal, Key, rows_of_version

@@ -10,10 +10,10 @@ from typing import Any, Protocol
 from rclpy.node import Node
 from typing_extensions import override
 
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events import messages, reader
-from bt_mission.events.events import Event
-from bt_mission.events.source import ListedExecutive, Received
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.events import messages, reader
+from bt_mission.executive.events.events import Event
+from bt_mission.executive.events.source import ListedExecutive, Received
 from bt_mission.ros import event_messages, robot_relay, status_publisher
 from bt_mission.ros.graph import quiet_node
 from bt_mission.ros.mission_client import TOPICS, MissionClient

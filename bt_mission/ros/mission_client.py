@@ -29,11 +29,11 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events import messages, reader
-from bt_mission.events.feed import in_order
-from bt_mission.events.messages import Batch
-from bt_mission.events.source import ControlRequest, ControlResponse, Received, Verb
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.events import messages, reader
+from bt_mission.executive.events.feed import in_order
+from bt_mission.executive.events.messages import Batch
+from bt_mission.executive.events.source import ControlRequest, ControlResponse, Received, Verb
 from bt_mission.ros.graph import LATCHED, REQUESTS
 
 ALL = QoSProfile(depth=1000)

@@ -10,8 +10,8 @@ from typing import Any
 
 from bt_mission_interfaces.msg import MissionDetails, Variable
 
-from bt_mission.behaviours.leaves import progress_of
-from bt_mission.events.events import GoalChanged, NodeProgressed
+from bt_mission.executive.behaviours.leaves import progress_of
+from bt_mission.executive.events.events import GoalChanged, NodeProgressed
 from bt_mission.ros import event_messages
 from bt_mission.ros.mission_runtime import MissionRuntime
 

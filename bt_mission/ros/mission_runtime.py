@@ -10,17 +10,17 @@ from typing import Any, TypeVar
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
-from bt_mission.behaviours.decorators import Subtree
-from bt_mission.behaviours.runtime import Scope
-from bt_mission.core.listeners import Stream
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import clock_ns
-from bt_mission.core.text import seconds
-from bt_mission.events.events import ClockJumped, LogLine
+from bt_mission.base.listeners import Stream
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import clock_ns
+from bt_mission.base.text import seconds
+from bt_mission.executive.behaviours.decorators import Subtree
+from bt_mission.executive.behaviours.runtime import Scope
+from bt_mission.executive.events.events import ClockJumped, LogLine
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.status import MissionStatus
-from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
 from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.goal_client import Exchange, RosGoalClient

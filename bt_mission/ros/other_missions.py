@@ -7,8 +7,8 @@ from typing import Any
 
 from bt_mission_interfaces.msg import MissionState
 
-from bt_mission.core.diagnostics import listed, quoted
-from bt_mission.events.events import FINAL
+from bt_mission.base.diagnostics import listed, quoted
+from bt_mission.executive.events.events import FINAL
 from bt_mission.ros.discovery import STATE_TYPE
 from bt_mission.ros.graph import LATCHED
 from bt_mission.ros.mission_runner import MissionRunner

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cached_property
 
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import RequirementChanged
+from bt_mission.base.stamps import NS
+from bt_mission.executive.events.events import RequirementChanged
 from bt_mission.executive.status import MissionStatus
-from bt_mission.language.requirements.formula import Requirement
 from bt_mission.requirements import resumption
+from bt_mission.requirements.language.formula import Requirement
 from bt_mission.requirements.monitor import Monitors, RequirementResult
 from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.signals import LiveSignals

@@ -21,9 +21,9 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.geometry import Pose2D, set_planar
-from bt_mission.core.stamps import set_ns
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.geometry import Pose2D, set_planar
+from bt_mission.base.stamps import set_ns
+from bt_mission.base.wall_clock import Stopwatch
 
 EVERY_S = 0.25
 """Wall time between two messages."""

@@ -14,8 +14,8 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.core.errors import callback_failure
-from bt_mission.core.wall_clock import Stopwatch, rest
+from bt_mission.base.errors import callback_failure
+from bt_mission.base.wall_clock import Stopwatch, rest
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.graph import END_WAIT_S, WAIT_S, quiet_node
 

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from bt_mission.core.dds.endpoints import UNNAMED, node_of
+from bt_mission.base.dds.endpoints import UNNAMED, node_of
 
 ROSOUT = "/rosout"
 ROSOUT_DEPTH = 50

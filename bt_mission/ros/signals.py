@@ -12,18 +12,18 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.core.actions import GOALS_AT, goals_at
-from bt_mission.core.diagnostics import quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.geometry import yaw_of
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import Event, NodeChanged, TreeRevised
-from bt_mission.goals.outcome import is_outcome
+from bt_mission.base.actions import GOALS_AT, goals_at
+from bt_mission.base.diagnostics import quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.geometry import yaw_of
+from bt_mission.base.stamps import NS
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.events.events import Event, NodeChanged, TreeRevised
+from bt_mission.executive.goals.outcome import is_outcome
 from bt_mission.language.expressions.values import NoValue, Plain
-from bt_mission.language.requirements.signals import SIGNALS
-from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.language.signals import SIGNALS
+from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.subscriber import (
     LatestMessageSubscriber,

@@ -24,14 +24,14 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.behaviours import control
-from bt_mission.behaviours.cleanup import Finally
-from bt_mission.behaviours.python_leaf import PythonLeaf
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import NS
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import TreeRevised
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import NS
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.behaviours import control
+from bt_mission.executive.behaviours.cleanup import Finally
+from bt_mission.executive.behaviours.python_leaf import PythonLeaf
+from bt_mission.executive.events.events import TreeRevised
 from bt_mission.ros.event_messages import stamp
 from bt_mission.ros.graph import LATCHED, REQUESTS
 from bt_mission.ros.mission_details import as_json

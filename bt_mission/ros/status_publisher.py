@@ -25,9 +25,9 @@ from bt_mission_interfaces.srv import GetStatuses
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from bt_mission.core.stamps import clock_ns
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import (
+from bt_mission.base.stamps import clock_ns
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.events.events import (
     Event,
     NodeChanged,
     NodesReset,

@@ -9,7 +9,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from bt_mission.core.diagnostics import listed
+from bt_mission.base.diagnostics import listed
 from bt_mission.ros.interface_types import check_type, message_type
 
 ANY_PUBLISHER = QoSProfile(

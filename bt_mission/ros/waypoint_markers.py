@@ -5,9 +5,9 @@ from __future__ import annotations
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from bt_mission.core.geometry import Pose2D, set_planar
-from bt_mission.events.events import GoalChanged
-from bt_mission.goals.poses import NamedPose
+from bt_mission.base.geometry import Pose2D, set_planar
+from bt_mission.executive.events.events import GoalChanged
+from bt_mission.executive.goals.poses import NamedPose
 from bt_mission.ros.graph import LATCHED
 
 MOST = 200

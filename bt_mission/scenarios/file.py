@@ -14,11 +14,11 @@ from pydantic import (
     field_validator,
 )
 
-from bt_mission.core.diagnostics import describe
-from bt_mission.core.nature_field import WrittenNature
+from bt_mission.base.diagnostics import describe
+from bt_mission.base.nature_field import WrittenNature
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Written
-from bt_mission.language.requirements.written import Requirements
+from bt_mission.requirements.language.written import Requirements
 from bt_mission.scenarios.scenario import LIMIT_S
 from bt_mission.scenarios.servers import WrittenServers
 

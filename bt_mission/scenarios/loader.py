@@ -6,21 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.yaml.document import Document, read
-from bt_mission.faults.planned import WhenTrue
+from bt_mission.base.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.yaml.document import Document, read
 from bt_mission.language.checks.python_code import factory_diagnostics
-from bt_mission.language.checks.requirements import MissionNames, diagnostics_of_names
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
-from bt_mission.language.requirements.written import requirements_of
-from bt_mission.scenarios.faults import FaultReader
+from bt_mission.requirements.checks import MissionNames, diagnostics_of_names
+from bt_mission.requirements.language.written import requirements_of
+from bt_mission.scenarios.faults.planned import WhenTrue
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
 from bt_mission.scenarios.servers import ServersReader
+from bt_mission.scenarios.written_faults import FaultReader
 from bt_mission.sessions.check import Surroundings, has_camera
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from bt_mission.sessions.named_files import NamedFiles

@@ -8,11 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from bt_mission.core.clock_watch import UNATTENDED_S
-from bt_mission.core.stamps import NS
-from bt_mission.coverage.record import CoverageRecord
+from bt_mission.base.clock_watch import UNATTENDED_S
+from bt_mission.base.stamps import NS
 from bt_mission.executive.status import MissionStatus
-from bt_mission.faults.located import planned_on
+from bt_mission.scenarios.coverage.record import CoverageRecord
+from bt_mission.scenarios.faults.located import planned_on
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
 from bt_mission.scenarios.servers import ScriptedNode

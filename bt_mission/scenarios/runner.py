@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rclpy.logging import LoggingSeverity, set_logger_level
 
-from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.base.dds.discovery import isolate
+from bt_mission.base.dds.middleware import prepare_middleware
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 

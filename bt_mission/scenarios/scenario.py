@@ -8,17 +8,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.core.nature import Nature
-from bt_mission.core.text import escape_control, seconds
-from bt_mission.core.yaml.document import Document, Key
-from bt_mission.coverage.record import CoverageRecord
+from bt_mission.base.diagnostics import Diagnostic, InputError, quoted
+from bt_mission.base.nature import Nature
+from bt_mission.base.text import escape_control, seconds
+from bt_mission.base.yaml.document import Document, Key
 from bt_mission.executive.report import Report
-from bt_mission.faults.located import WrittenFault
-from bt_mission.faults.parameters import MAY_NOT_HAPPEN
-from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.scenarios.coverage.record import CoverageRecord
+from bt_mission.scenarios.faults.located import WrittenFault
+from bt_mission.scenarios.faults.parameters import MAY_NOT_HAPPEN
+from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 from bt_mission.scenarios.servers import ServerScript
 from bt_mission.sessions.stage_robot import StageOptions
 from sim.robot.fit import SpawnError

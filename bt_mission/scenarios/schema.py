@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.faults import FAULTS
-from bt_mission.faults.kind import FaultKind
-from bt_mission.faults.parameters import Parameter
-from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.schema import DIALECT
+from bt_mission.scenarios.faults import FAULTS
+from bt_mission.scenarios.faults.kind import FaultKind
+from bt_mission.scenarios.faults.parameters import Parameter
+from bt_mission.scenarios.faults.world import OBSTACLES
 from bt_mission.scenarios.file import FAULT_MARK, OBSTACLE_MARK, ScenarioFile
 
 _TEXT = {"type": "string", "pattern": "^(at|after|when) .*: *[a-z_]+"}

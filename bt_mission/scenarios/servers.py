@@ -12,8 +12,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import Diagnostic, did_you_mean, listed, quoted
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.message_types import nested
 from bt_mission.language.mission import Mission

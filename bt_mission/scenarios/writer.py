@@ -7,17 +7,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_file, look_for
-from bt_mission.core.yaml.document import read, read_text
-from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import is_file, look_for
+from bt_mission.base.yaml.document import read, read_text
+from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.executive.report import Report
-from bt_mission.faults.fault import Fault, FaultInstance
-from bt_mission.faults.faults import FAULTS
-from bt_mission.faults.planned import AfterStep, AtTime, Beginning, PlannedFault, Value
-from bt_mission.faults.text import parse_fault
-from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission
+from bt_mission.scenarios.faults.fault import Fault, FaultInstance
+from bt_mission.scenarios.faults.faults import FAULTS
+from bt_mission.scenarios.faults.planned import AfterStep, AtTime, Beginning, PlannedFault, Value
+from bt_mission.scenarios.faults.text import parse_fault
+from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sessions.own_nodes import name_of
 from bt_mission.sessions.stage import Stage

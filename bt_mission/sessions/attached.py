@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rclpy.node import Node
 
-from bt_mission.core.dds.publishers import CLOCK
+from bt_mission.base.dds.publishers import CLOCK
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions

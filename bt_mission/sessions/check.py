@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
-from bt_mission.core import files
-from bt_mission.core.actions import PARTS, declared_as
-from bt_mission.core.diagnostics import (
+from bt_mission.base import files
+from bt_mission.base.actions import PARTS, declared_as
+from bt_mission.base.diagnostics import (
     Diagnostic,
     InputError,
     did_you_mean,
@@ -23,8 +23,7 @@ from bt_mission.core.diagnostics import (
     listed,
     quoted,
 )
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.base.errors import BtMissionError
 from bt_mission.language.action_names import BY_TYPE
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
@@ -40,6 +39,7 @@ from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
+from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.sessions.goal_checks import (
     OUR_SERVERS,
     ServerGoalRules,

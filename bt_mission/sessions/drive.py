@@ -7,9 +7,9 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Generic, TypeAlias, TypeVar
 
-from bt_mission.core.errors import BtMissionError, callback_failure
-from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
-from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
+from bt_mission.base.errors import BtMissionError, callback_failure
+from bt_mission.base.interrupts import TWO_WISHES, InterruptSignals
+from bt_mission.base.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.core.text import counted
-from bt_mission.core.yaml.document import read
+from bt_mission.base.diagnostics import Diagnostic, InputError
+from bt_mission.base.text import counted
+from bt_mission.base.yaml.document import read
 from bt_mission.language.node_reader import NodeReader
-from bt_mission.language.requirements.written import RequirementsFile
 from bt_mission.language.schema import DIALECT
+from bt_mission.requirements.language.written import RequirementsFile
+from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.sessions.stage_checks import (
     dragging_parts,
     model_problems,

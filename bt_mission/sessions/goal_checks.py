@@ -13,11 +13,10 @@ from action_servers.core.action import Action, lacks_part
 from action_servers.core.limits import Limit, NumberLimit
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.server.actions import action
-from bt_mission.core.actions import declared_as
-from bt_mission.core.diagnostics import Diagnostic
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.stamps import NS
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.actions import declared_as
+from bt_mission.base.diagnostics import Diagnostic
+from bt_mission.base.stamps import NS
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.types import Ranges
 from bt_mission.language.expressions.expression import Text
@@ -26,6 +25,7 @@ from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import Path
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.subtree import TreeNode
+from bt_mission.robots.model import RobotModel
 
 if TYPE_CHECKING:
     from bt_mission.sessions.pose_checks import PoseChecker

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeAlias
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import SUFFIXES
-from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import SUFFIXES
+from bt_mission.base.yaml.document import Document, read, read_text
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import read_mission, required
 from bt_mission.language.message_types import FindShapes
@@ -51,7 +51,7 @@ def document_of(source: Source) -> Document:
         return read_text(source)
     if Path(source).suffix != XML:
         return read(source)
-    from bt_mission.btcpp.document import read_xml  # noqa: PLC0415 - see the module's docstring
+    from bt_mission.commands.convert.document import read_xml  # noqa: PLC0415 - see the module's docstring
 
     return read_xml(source)
 
@@ -63,8 +63,8 @@ def convert(path: str | Path) -> str:
         InputError: With each place that is wrong, or that the other form cannot express.
         BtMissionError: For a file with another suffix.
     """
-    from bt_mission.btcpp.document import mission_yaml  # noqa: PLC0415 - the same
-    from bt_mission.btcpp.mission_writer import mission_xml  # noqa: PLC0415 - the same
+    from bt_mission.commands.convert.document import mission_yaml  # noqa: PLC0415 - the same
+    from bt_mission.commands.convert.mission_writer import mission_xml  # noqa: PLC0415 - the same
 
     suffix = Path(path).suffix
     if suffix == XML:
@@ -82,8 +82,8 @@ def palette(path: str | Path | None = None) -> str:
     Raises:
         InputError: With all errors of the mission, and with what XML cannot express.
     """
-    from bt_mission.btcpp.mission_writer import mission_palette  # noqa: PLC0415 - the same
-    from bt_mission.btcpp.palette import palette_xml  # noqa: PLC0415 - the same
+    from bt_mission.commands.convert.mission_writer import mission_palette  # noqa: PLC0415 - the same
+    from bt_mission.commands.convert.palette import palette_xml  # noqa: PLC0415 - the same
 
     shapes = installed_shapes()
     return palette_xml(shapes) if path is None else mission_palette(document_of(path), shapes)

@@ -17,14 +17,14 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.node import Node
 from rclpy.task import Future
 
-from bt_mission.core.action_requests import BoundedRequests
-from bt_mission.core.clock_messages import ValidClock
-from bt_mission.core.dds.publishers import duplicate_publishers
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.goal_rate import MOST_LINES, GoalRate, RateLimit
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import NS
+from bt_mission.base.action_requests import BoundedRequests
+from bt_mission.base.clock_messages import ValidClock
+from bt_mission.base.dds.publishers import duplicate_publishers
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.goal_rate import MOST_LINES, GoalRate, RateLimit
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.permissions import Permissions
 from bt_mission.ros.control_services import ControlServices

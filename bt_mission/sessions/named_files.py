@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_file, kind_of, look_for, names
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import Diagnostic, InputError, did_you_mean, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import is_file, kind_of, look_for, names
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission
 from bt_mission.language.permissions import ANYTHING, Permissions

@@ -12,10 +12,10 @@ from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
-from bt_mission.core.diagnostics import InputError, quoted
-from bt_mission.core.errors import BtMissionError, described, place_of
-from bt_mission.core.interrupts import TookTooLong, interrupted_after
-from bt_mission.core.text import escape_lines
+from bt_mission.base.diagnostics import InputError, quoted
+from bt_mission.base.errors import BtMissionError, described, place_of
+from bt_mission.base.interrupts import TookTooLong, interrupted_after
+from bt_mission.base.text import escape_lines
 from bt_mission.language.mission import NodeFactory
 from bt_mission.language.plugins import PythonError, find_factory, find_program, program_of
 from bt_mission.programs import Program, ProgramHost

@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.core.stamps import NS
-from bt_mission.core.wall_clock import Pacer
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.interrupts import InterruptSignals
+from bt_mission.base.stamps import NS
+from bt_mission.base.wall_clock import Pacer
 from bt_mission.language.plugins import called_program, words_of
 from bt_mission.programs.mains import WholeProgram
 from bt_mission.sessions.drive import Steps

@@ -6,7 +6,7 @@ from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid
 from action_servers.navigation.path import cost_model
 from action_servers.navigation.planner import NoPath, goal_nodes, road_map
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.world.occupancy import rasterise
 from sim.world.world import World
 

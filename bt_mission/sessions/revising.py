@@ -16,9 +16,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.diagnostics import listed, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.yaml.document import Document, read_text
+from bt_mission.base.diagnostics import listed, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.yaml.document import Document, read_text
 from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
@@ -91,7 +91,7 @@ def read_revision(
 def _document(text: str, name: str, texts: Mapping[str, str]) -> Document:
     if Path(name).suffix != XML:
         return read_text(text, name)
-    from bt_mission.btcpp.document import document_of  # noqa: PLC0415 - most missions are YAML
+    from bt_mission.commands.convert.document import document_of  # noqa: PLC0415 - most missions are YAML
 
     return document_of(text, name, texts)
 

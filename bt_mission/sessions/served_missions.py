@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core import files
-from bt_mission.core.diagnostics import listed, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base import files
+from bt_mission.base.diagnostics import listed, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.yaml.document import read_text
 from bt_mission.language.loader import required
 from bt_mission.language.permissions import Permissions, PythonUse, is_within
 from bt_mission.sessions.check import examine

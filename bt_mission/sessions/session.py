@@ -9,9 +9,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Self
 
-from bt_mission.core.clock_watch import ClockWatch
-from bt_mission.core.interrupts import name_of
-from bt_mission.core.stamps import NS
+from bt_mission.base.clock_watch import ClockWatch
+from bt_mission.base.interrupts import name_of
+from bt_mission.base.stamps import NS
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.trace import Trace

@@ -16,26 +16,26 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
-from bt_mission.core.clock_watch import ClockWatch, Interrupted, LeftError, refuse_leaving
-from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.errors import BtMissionError, callback_failure, cause_of
-from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executors.action_endpoints import duplicate_servers
+from bt_mission.base.clock_watch import ClockWatch, Interrupted, LeftError, refuse_leaving
+from bt_mission.base.dds.discovery import isolate
+from bt_mission.base.errors import BtMissionError, callback_failure, cause_of
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.language.mission import Mission
 from bt_mission.language.trees import has_python
 from bt_mission.programs import ProgramHost
 from bt_mission.programs.goals import ObservedGoal
 from bt_mission.programs.mains import MainProgram, WholeProgram
+from bt_mission.robots.model import RobotModel, load_robot
+from bt_mission.ros.executors.action_endpoints import duplicate_servers
 from bt_mission.ros.graph import ProcessNode, SharedContext, as_default
 from bt_mission.ros.observable_publisher import ObservableNode
+from bt_mission.ros.virtual_time import DiscoveryError, VirtualTimeExecutor, self_test
 from bt_mission.sessions import stage_nature
 from bt_mission.sessions.own_nodes import OwnNodes, imported
 from bt_mission.sessions.session import Session
 from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions, StageRun
-from bt_mission.virtual_time import DiscoveryError, VirtualTimeExecutor, self_test
 from sim.physics.simulator import SimulatorError
 from sim.physics.spawn import RobotSpawn, RobotSpawnError
 from sim.robot.fit import SpawnError

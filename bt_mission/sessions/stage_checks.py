@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.base.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
+from bt_mission.base.errors import BtMissionError
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
 from bt_mission.language.trees import all_steps, has_python
+from bt_mission.robots.model import RobotModel, load_robot
 from sim.world.loader import load_world
 from sim.world.world import Spawn, World
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bt_mission.core.files import find
-from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.base.files import find
+from bt_mission.base.yaml.document import Document, read, read_text
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.own_nodes import name_of
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions

@@ -6,14 +6,14 @@ import random
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
 
-from bt_mission.core.nature import Nature, generator
-from bt_mission.core.stamps import NS
+from bt_mission.base.nature import Nature, generator
+from bt_mission.base.stamps import NS
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.trees import all_steps
+from bt_mission.ros.virtual_time import ACTION_PARTS, Delivery, Passing, Side
+from bt_mission.ros.virtual_time.executor import VirtualTimeExecutor
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions, StageRun
-from bt_mission.virtual_time import ACTION_PARTS, Delivery, Passing, Side
-from bt_mission.virtual_time.executor import VirtualTimeExecutor
 from sim.world.world import Spawn, World
 
 TOPICS = ("scan", "odom", "tf", "camera/image_raw", "cmd_vel")

@@ -16,9 +16,9 @@ from typing_extensions import override
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.nature import NO_NATURE, Nature
-from bt_mission.core.yaml.document import Document
-from bt_mission.events.events import PoseSampled
+from bt_mission.base.nature import NO_NATURE, Nature
+from bt_mission.base.yaml.document import Document
+from bt_mission.executive.events.events import PoseSampled
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.action import GoalNode

@@ -16,8 +16,8 @@ import numpy as np
 from typing_extensions import override
 
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.signals import LiveSignals, SimulationModel
 from sim.physics.clearance import Clearance

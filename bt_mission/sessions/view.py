@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from bt_mission.events.events import Event
+from bt_mission.executive.events.events import Event
 from bt_mission.sessions.session import Onlooker, Run, Session
 
 

@@ -8,17 +8,17 @@ a session without missions pays nothing.
 
 from typing import TYPE_CHECKING
 
-from bt_mission.core.lazy import lazy_names
+from bt_mission.base.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from bt_mission.faults import FaultInstance, Faults
-    from bt_mission.faults.errors import ScenarioError
+    from bt_mission.commands.prove.testing import ProofFailed, prove
+    from bt_mission.scenarios.faults import FaultInstance, Faults
+    from bt_mission.scenarios.faults.errors import ScenarioError
     from bt_mission.sessions.scripted_server import ScriptedGoal, ScriptedServer
     from bt_mission.testing.history import GoalLife, Recorded
     from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
     from bt_mission.testing.programs import ProgramRun
-    from bt_mission.testing.proofs import ProofFailed, prove
     from bt_mission.testing.run import NeverHeldError, Run
     from bt_mission.testing.stages import Stages
 
@@ -45,8 +45,8 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "FaultInstance": "bt_mission.faults",
-        "Faults": "bt_mission.faults",
+        "FaultInstance": "bt_mission.scenarios.faults",
+        "Faults": "bt_mission.scenarios.faults",
         "GoalLife": "bt_mission.testing.history",
         "LiveGraph": "bt_mission.testing.live_graph",
         "Moment": "bt_mission.testing.moment",
@@ -54,14 +54,14 @@ __getattr__ = lazy_names(
         "NodeView": "bt_mission.testing.moment",
         "Process": "bt_mission.testing.live_graph",
         "ProgramRun": "bt_mission.testing.programs",
-        "ProofFailed": "bt_mission.testing.proofs",
+        "ProofFailed": "bt_mission.commands.prove.testing",
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",
-        "ScenarioError": "bt_mission.faults.errors",
+        "ScenarioError": "bt_mission.scenarios.faults.errors",
         "ScriptedGoal": "bt_mission.sessions.scripted_server",
         "ScriptedServer": "bt_mission.sessions.scripted_server",
         "Stages": "bt_mission.testing.stages",
-        "prove": "bt_mission.testing.proofs",
+        "prove": "bt_mission.commands.prove.testing",
     },
 )
 

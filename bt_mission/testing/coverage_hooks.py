@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_mission.core import files
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.output import write_file
-from bt_mission.core.text import escape_control
-from bt_mission.core.yaml.document import Document
-from bt_mission.coverage.places import CoveragePlace, places
-from bt_mission.coverage.record import CoverageTally, CoveredFile
-from bt_mission.coverage.report import as_html, as_text
-from bt_mission.coverage.watch import CoverageWatch
+from bt_mission.base import files
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.output import write_file
+from bt_mission.base.text import escape_control
+from bt_mission.base.yaml.document import Document
 from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.scenarios.coverage.places import CoveragePlace, places
+from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
+from bt_mission.scenarios.coverage.report import as_html, as_text
+from bt_mission.scenarios.coverage.watch import CoverageWatch
 from bt_mission.sessions.load import load
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.scenarios.faults.errors import ScenarioError, no_such
 
 
 class UnknownVariableError(ScenarioError, KeyError):

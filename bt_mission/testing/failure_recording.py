@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.stage import Stage
 

@@ -13,11 +13,11 @@ import pytest
 from _pytest._code.code import TerminalRepr
 from typing_extensions import override
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import escape_control, escape_lines
-from bt_mission.fleets.loader import load_fleet
-from bt_mission.fleets.report import FleetReport
-from bt_mission.fleets.run import fleet_report, fleet_stage
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.text import escape_control, escape_lines
+from bt_mission.scenarios.fleets.loader import load_fleet
+from bt_mission.scenarios.fleets.report import FleetReport
+from bt_mission.scenarios.fleets.run import fleet_report, fleet_stage
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.sessions.drive import drive
 from bt_mission.testing.failure_recording import FailureRecording

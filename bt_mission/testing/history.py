@@ -18,11 +18,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.core.text import escape_control, seconds
-from bt_mission.events.codec import phase_of
-from bt_mission.events.events import Event, GoalChanged, NodeChanged, TreeRevised
-from bt_mission.events.log import UNICODE, line_of
-from bt_mission.goals.goal import Phase
+from bt_mission.base.text import escape_control, seconds
+from bt_mission.executive.events.codec import phase_of
+from bt_mission.executive.events.events import Event, GoalChanged, NodeChanged, TreeRevised
+from bt_mission.executive.events.log import UNICODE, line_of
+from bt_mission.executive.goals.goal import Phase
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.errors import RunVariables
 

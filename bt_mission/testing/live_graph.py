@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
-from bt_mission.core.python_process import python_command, python_environment
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.base.python_process import python_command, python_environment
+from bt_mission.scenarios.faults.errors import ScenarioError
 
 LOCAL = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 """Environment in which processes of this machine find each other."""

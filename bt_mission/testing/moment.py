@@ -10,7 +10,7 @@ from typing import Any, Protocol
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.core.text import seconds
+from bt_mission.base.text import seconds
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
 from bt_mission.testing.history import GoalLife, History, Pose, Recorded

@@ -142,7 +142,7 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     ``run = stage.run("missions/explore.yaml", world="empty_arena", seed=3)``
     """
     os.environ.setdefault("ROS_LOG_DIR", str(tmp_path / "log"))
-    from bt_mission.core.nature import NO_NATURE, USUAL
+    from bt_mission.base.nature import NO_NATURE, USUAL
     from bt_mission.testing.seeds import seeded
     from bt_mission.testing.stages import Stages
 
@@ -169,7 +169,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
     That step fails where they left something wrong.
     """
     for marker in pyfuncitem.iter_markers(PROVE):
-        from bt_mission.testing.proofs import prove
+        from bt_mission.commands.prove.testing import prove
 
         prove(*marker.args, **marker.kwargs)
     result = yield

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from bt_mission.faults.errors import ScenarioError
 from bt_mission.language.plugins import called_program
 from bt_mission.programs.goals import ObservedGoal
 from bt_mission.programs.mains import MainProgram, WholeProgram
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing.run import LIMIT_S, Run
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.core.text import escape_control, escape_lines, escape_uncoloured
+from bt_mission.base.text import escape_control, escape_lines, escape_uncoloured
 from bt_mission.testing.options import MOST_RUNS
 
 if TYPE_CHECKING:

@@ -10,15 +10,15 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
-from bt_mission.core.clock_watch import CONTAINED
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import escape_control, seconds
+from bt_mission.base.clock_watch import CONTAINED
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.text import escape_control, seconds
 from bt_mission.executive.report import Report, report_on
-from bt_mission.faults import FaultInstance
-from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.targets import find_node
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
+from bt_mission.scenarios.faults import FaultInstance
+from bt_mission.scenarios.faults.errors import ScenarioError, no_such
+from bt_mission.scenarios.faults.targets import find_node
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.core.text import escape_control
+from bt_mission.base.text import escape_control
 from bt_mission.testing.options import MARKER
 
 if TYPE_CHECKING:

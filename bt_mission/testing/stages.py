@@ -14,24 +14,24 @@ from pydantic_core import PydanticCustomError
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.core.clock_watch import UNATTENDED_S
-from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import find
-from bt_mission.core.nature import NO_NATURE, Nature
-from bt_mission.core.nature_field import read_nature
-from bt_mission.faults import Faults, PlannedFault, parse_fault
-from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.located import planned_in
-from bt_mission.faults.plan import FaultPlan
-from bt_mission.faults.targets import scripted_on
-from bt_mission.faults.world import MOST_OBSTACLES
+from bt_mission.base.clock_watch import UNATTENDED_S
+from bt_mission.base.dds.discovery import isolate
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.files import find
+from bt_mission.base.nature import NO_NATURE, Nature
+from bt_mission.base.nature_field import read_nature
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import named_inputs
 from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import SharedContext
+from bt_mission.scenarios.faults import Faults, PlannedFault, parse_fault
+from bt_mission.scenarios.faults.errors import ScenarioError, no_such
+from bt_mission.scenarios.faults.located import planned_in
+from bt_mission.scenarios.faults.plan import FaultPlan
+from bt_mission.scenarios.faults.targets import scripted_on
+from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import attend
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult

@@ -11,12 +11,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.text import escape_markup, escape_page, lines_of
+from bt_mission.base.text import escape_markup, escape_page, lines_of
 
 if TYPE_CHECKING:
+    from bt_mission.commands.prove.proof import Proof
     from bt_mission.executive.report import Report
     from bt_mission.language.mission import Mission
-    from bt_mission.proving.proof import Proof
     from bt_mission.recording.model import RecordedRun
 
 SVG, HTML = "image/svg+xml", "text/html"
@@ -71,7 +71,7 @@ def _recording(run: RecordedRun) -> str:
 
 
 def _proof(proof: Proof) -> str:
-    from bt_mission.views.proofs.page import page_of
+    from bt_mission.commands.prove.page.page import page_of
 
     return _frame(page_of(proof, {}))
 
@@ -88,6 +88,6 @@ DISPLAYS: Mapping[str, Display] = {
     "bt_mission.language.mission.Mission": Display(SVG, _tree),
     "bt_mission.executive.report.Report": Display(HTML, _report),
     "bt_mission.recording.model.RecordedRun": Display(HTML, _recording),
-    "bt_mission.proving.proof.Proof": Display(HTML, _proof),
+    "bt_mission.commands.prove.proof.Proof": Display(HTML, _proof),
 }
 """By the name of the type."""

@@ -15,10 +15,10 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from bt_mission.core.robot.body import BoxBody, CylinderBody
-from bt_mission.core.robot.drives import DifferentialDrive
-from bt_mission.core.robot.model import CameraModel, RobotModel
-from bt_mission.core.robot.statics import shares
+from bt_mission.robots.body import BoxBody, CylinderBody
+from bt_mission.robots.drives import DifferentialDrive
+from bt_mission.robots.model import CameraModel, RobotModel
+from bt_mission.robots.statics import shares
 from sim.physics.mjcf import add_model
 from sim.physics.names import (
     ACCELEROMETER,

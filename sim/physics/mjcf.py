@@ -17,11 +17,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bt_mission.core.diagnostics import did_you_mean, listed
-from bt_mission.core.robot.drives import DifferentialDrive
-from bt_mission.core.robot.joints import JointLimits, ModelFile
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.robot.parts import Point3
+from bt_mission.base.diagnostics import did_you_mean, listed
+from bt_mission.robots.drives import DifferentialDrive
+from bt_mission.robots.joints import JointLimits, ModelFile
+from bt_mission.robots.model import RobotModel
+from bt_mission.robots.parts import Point3
 from sim.physics.geoms import radius_of
 from sim.physics.mjcf_text import MjcfError, Path_, fail, look_through
 from sim.physics.names import (

@@ -16,8 +16,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import contents_of
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import contents_of
 
 Path_ = tuple[str, ...]
 

@@ -12,7 +12,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from sim.physics import spawn as entrants_
 from sim.physics.body import add_robot, add_screen
 from sim.physics.history import SimulationState

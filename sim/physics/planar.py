@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.physics.names import FLOOR_BIT, ROBOT, SERVOS, SOLIMP, SOLREF
 
 _SERVO_S = 0.005

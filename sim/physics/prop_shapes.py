@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from sim.world.shapes import Obstacle
 from sim.world.world import FARTHEST, SHORTEST
 

@@ -19,7 +19,7 @@ from typing import Protocol
 
 import mujoco
 
-from bt_mission.core.diagnostics import listed
+from bt_mission.base.diagnostics import listed
 from sim.physics.clearance import Gauge, touching
 from sim.physics.names import BASE
 from sim.physics.prop_bodies import PropBodies

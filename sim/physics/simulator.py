@@ -15,9 +15,9 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.errors import BtMissionError, described
-from bt_mission.core.robot.drives import DifferentialDrive
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.errors import BtMissionError, described
+from bt_mission.robots.drives import DifferentialDrive
+from bt_mission.robots.model import RobotModel
 from sim.physics.names import BASE, STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.world.world import World

@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.base.errors import BtMissionError
+from bt_mission.robots.model import RobotModel, load_robot
 from sim.world.world import Spawn
 
 MOST = 16

@@ -17,8 +17,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.robot.drives import AckermannDrive, OmnidirectionalDrive, SkidSteerDrive
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.drives import AckermannDrive, OmnidirectionalDrive, SkidSteerDrive
+from bt_mission.robots.model import RobotModel
 from sim.faults import WheelFaults
 from sim.physics.names import BASE, GEARS, GRIP, PUSH, SERVOS, STEP_NS, WHEELS
 from sim.physics.physics import Physics

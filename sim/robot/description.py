@@ -9,9 +9,9 @@ import math
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
-from bt_mission.core.robot.body import CylinderBody
-from bt_mission.core.robot.drives import DifferentialDrive
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.body import CylinderBody
+from bt_mission.robots.drives import DifferentialDrive
+from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.physics.body import looks
 from sim.robot.frames import fixed_frames

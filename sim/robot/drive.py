@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.drives import AckermannDrive
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.drives import AckermannDrive
+from bt_mission.robots.model import RobotModel
 
 _STRAIGHT = 1e-6
 _STEERED_RAD = 0.1

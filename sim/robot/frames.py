@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bt_mission.core.robot.drives import DifferentialDrive, OmnidirectionalDrive
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.drives import DifferentialDrive, OmnidirectionalDrive
+from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.sensors.kinds import sensors_of
 

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bt_mission.core.diagnostics import listed
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.diagnostics import listed
+from bt_mission.robots.model import RobotModel
 from sim.physics.names import MODEL_PREFIX, STEP_NS
 from sim.physics.physics import Physics
 

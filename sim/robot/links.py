@@ -14,8 +14,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bt_mission.core.robot.joints import JointLimits
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.joints import JointLimits
+from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_LINK, FramePose, Quaternion, Vector
 from sim.physics.names import BASE, LOOKS, MODEL_PREFIX
 from sim.physics.physics import Physics

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bt_mission.core.nature import generator
+from bt_mission.base.nature import generator
 from sim.frames import Vector, map_to_odom, on_map
 
 UPDATE_M = 0.25

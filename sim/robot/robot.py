@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.faults import FaultError, PartFaults, RobotFaultState, WheelFaults
 from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
@@ -137,7 +137,7 @@ class SimulatedRobot:
         """Have sensors, wheels and localization be as a nature has them.
 
         Args:
-            nature: Values by the names of :data:`bt_mission.core.nature.QUANTITIES`.
+            nature: Values by the names of :data:`bt_mission.base.nature.QUANTITIES`.
         """
         radius, difference = nature["wheel_radius"] / 100, nature["wheel_difference"] / 100
         self.faults.set_usual(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from bt_mission.core.geometry import Pose2D, set_planar, yaw_of
+from bt_mission.base.geometry import Pose2D, set_planar, yaw_of
 from sim.entities import Corner, EntityState, InvalidPoseError
 from sim.frames import MAP
 

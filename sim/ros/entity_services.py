@@ -12,10 +12,10 @@ from rclpy.node import Node
 from rclpy.validate_namespace import validate_namespace
 from simulation_interfaces import msg, srv
 
-from bt_mission.core.diagnostics import InputError, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.ros_log import log_of
+from bt_mission.base.diagnostics import InputError, quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.geometry import Pose2D
+from bt_mission.base.ros_log import log_of
 from sim import entities as errors
 from sim.entities import Entities, EntityInfo, EntityState
 from sim.ros import entity_messages

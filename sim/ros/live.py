@@ -11,12 +11,12 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import Executor
 from rclpy.parameter import Parameter
 
-from bt_mission.core.dds.endpoints import UNNAMED, unheard
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.parameters import ParameterSpec
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.wall_clock import Pacer, Stopwatch
-from bt_mission.executors.process import LOOK_S, ProcessOptions, run
+from bt_mission.base.dds.endpoints import UNNAMED, unheard
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.parameters import ParameterSpec
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.wall_clock import Pacer, Stopwatch
+from bt_mission.ros.executors.process import LOOK_S, ProcessOptions, run
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import NODE_NAME, SimNode, SimOptions
 from sim.ros.run_control import RunControl, RunState

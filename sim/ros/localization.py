@@ -9,7 +9,7 @@ from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from rclpy.node import Node
 
-from bt_mission.core.geometry import Pose2D, set_planar
+from bt_mission.base.geometry import Pose2D, set_planar
 from sim import frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros.message_fields import header

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bt_mission.core.stamps import set_ns
+from bt_mission.base.stamps import set_ns
 from sim.frames import MAP, FramePose
 from sim.physics.contacts import Collision
 

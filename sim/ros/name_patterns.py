@@ -12,7 +12,7 @@ import ctypes
 import re
 from collections.abc import Iterable
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 
 MOST = 200
 """Characters of a pattern."""

@@ -14,9 +14,9 @@ from typing import Any
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from bt_mission.core.parameters import ParameterSpec
-from bt_mission.core.stamps import set_ns
-from bt_mission.executors.process import RobotNode, RobotNodeOptions
+from bt_mission.base.parameters import ParameterSpec
+from bt_mission.base.stamps import set_ns
+from bt_mission.ros.executors.process import RobotNode, RobotNodeOptions
 from sim.physics.names import STEP_NS
 from sim.physics.simulator import SimulatorFactory
 from sim.physics.spawn import RobotSpawn

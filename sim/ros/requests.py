@@ -10,8 +10,8 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import escape_control
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.text import escape_control
 from sim.ros.run_control import RunControl, RunState
 from sim.ros.topics import REQUESTS
 

@@ -13,7 +13,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 from simulation_interfaces import action, srv
 
-from bt_mission.core.ros_log import log_of
+from bt_mission.base.ros_log import log_of
 from sim.physics.names import STEP_NS
 from sim.ros.node import SimNode
 from sim.ros.requests import (

@@ -12,8 +12,8 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
-from bt_mission.core.cdr.writer import MessageTemplate
-from bt_mission.core.ros_log import log_of
+from bt_mission.base.ros_log import log_of
+from bt_mission.cdr.writer import MessageTemplate
 from sim.robot.robot import SimulatedRobot
 from sim.ros.schedule import Schedule
 from sim.sensors.sensor import Sensor

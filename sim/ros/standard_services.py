@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.core.stamps import set_ns
+from bt_mission.base.stamps import set_ns
 from sim.entities import Entities
 from sim.ros.entity_services import EntityServices
 from sim.ros.node import SimNode

@@ -23,12 +23,12 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.cdr.decoder import decoder_of
-from bt_mission.core.cdr.picker import Picker
-from bt_mission.core.cdr.writer import MessageTemplate
-from bt_mission.core.goal_rate import MOST_WAITING
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import NS
+from bt_mission.base.goal_rate import MOST_WAITING
+from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import NS
+from bt_mission.cdr.decoder import decoder_of
+from bt_mission.cdr.picker import Picker
+from bt_mission.cdr.writer import MessageTemplate
 from sim import frames
 from sim.robot.description import description
 from sim.robot.frames import fixed_frames

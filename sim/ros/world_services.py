@@ -9,10 +9,10 @@ from geometry_msgs.msg import Vector3
 from rclpy.node import Node
 from simulation_interfaces import msg, srv
 
-from bt_mission.core.diagnostics import quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find, names
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.diagnostics import quoted
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.files import find, names
+from bt_mission.base.geometry import Pose2D
 from sim.ros import entity_messages
 from sim.ros.requests import Code, Feature, Offer, RefusedError, fill_result, offer
 from sim.ros.run_control import RunControl

@@ -8,7 +8,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from bt_mission.core.robot.model import BatteryModel as BatterySpec
+from bt_mission.robots.model import BatteryModel as BatterySpec
 from sim.faults import FaultError
 from sim.sensors.sensor import Mount, Sensor
 

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from bt_mission.core.robot.model import CameraModel as CameraSpec
-from bt_mission.core.robot.model import DepthCameraModel as DepthCameraSpec
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import CameraModel as CameraSpec
+from bt_mission.robots.model import DepthCameraModel as DepthCameraSpec
+from bt_mission.robots.model import RobotModel
 from sim.faults import SensorFaults, within
 from sim.frames import BASE_LINK, FramePose, Quaternion
 from sim.physics.names import BASE, CAMERA, FLOOR, LOOKS, MARKS, ROBOT, SCREENS, SOLID

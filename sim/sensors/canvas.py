@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 
 Image = npt.NDArray[np.uint8]
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.faults import SensorFaults
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE

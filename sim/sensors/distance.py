@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
 from sim.sensors.noise import Noise

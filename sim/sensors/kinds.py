@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.sensors.battery import BatterySensor
 from sim.sensors.bumper import BumperSensor
 from sim.sensors.camera import CameraInfoSensor, CameraSensor

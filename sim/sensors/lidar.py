@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from bt_mission.core.robot.model import LidarModel, RobotModel
+from bt_mission.robots.model import LidarModel, RobotModel
 from sim.faults import SensorFaults, expected, within
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE

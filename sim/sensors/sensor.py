@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.faults import RobotFaultState, SensorFaults
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.physics import Physics

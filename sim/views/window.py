@@ -13,7 +13,7 @@ from typing import Any
 
 import mujoco
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from sim.physics.history import ModelCopy
 from sim.physics.physics import Physics
 

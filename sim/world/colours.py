@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.base.diagnostics import did_you_mean, listed
 
 NAMES = {
     "black": "#202020",

@@ -9,12 +9,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.file_kinds import refuse_other_formats
-from bt_mission.core.files import find
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.yaml.document import Document, read
-from bt_mission.core.yaml.models import validate
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.file_kinds import refuse_other_formats
+from bt_mission.base.files import find
+from bt_mission.base.yaml.document import Document, read
+from bt_mission.base.yaml.models import validate
+from bt_mission.robots.model import RobotModel
 from sim.world.shapes import Obstacle
 from sim.world.world import FloorMark, World
 

@@ -15,7 +15,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from bt_mission.core.nature_field import WrittenNature
+from bt_mission.base.nature_field import WrittenNature
 from sim.world.colours import Colour
 from sim.world.motion import Circling, Motion, Patrolling
 from sim.world.shapes import Obstacle

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from action_servers.core.maneuver import Scan
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.robots.model import RobotModel, load_robot
 from tests.support.bench_fixtures import bench, goal_, pose_, robot_node, silent_bench
 from tests.support.fake_robot import FakeRobot
 

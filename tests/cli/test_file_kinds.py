@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.base.file_kinds import FORMATS, format_of
 from bt_mission.cli.argument_types import FileType
 from bt_mission.cli.commands import COMMANDS, module_of
 from bt_mission.cli.parser import Command, Option
-from bt_mission.core.file_kinds import FORMATS, format_of
 from tests.support.command_line import CommandLine
 from tests.support.recordings import recording
 from tests.support.thorough import sample

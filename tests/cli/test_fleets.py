@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.cli.completion import known
-from bt_mission.events.events import Event, NodeChanged
+from bt_mission.commands.completion import known
+from bt_mission.executive.events.events import Event, NodeChanged
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.terminal.speech import Speech

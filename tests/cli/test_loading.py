@@ -73,7 +73,7 @@ def test_help_loads_no_command(tmp_path: Path) -> None:
 def test_names_for_completion_load_their_command_alone(tmp_path: Path) -> None:
     """A shell asks for them while somebody types."""
     modules = loaded(tmp_path, LISTED, "completion", "--names", "runs")
-    assert commands_in(modules) == {"bt_mission.cli.completion"}
+    assert commands_in(modules) == {"bt_mission.commands.completion"}
     assert of_packages(modules).isdisjoint(HEAVY)
 
 
@@ -117,7 +117,7 @@ def test_the_first_line_comes_before_everything(
     text, *modules = loaded(tmp_path, AT_THE_FIRST_LINE, *words)
     assert text == line
     assert of_packages(modules).isdisjoint(HEAVY)
-    assert commands_in(modules) <= {"bt_mission.cli.run", "bt_mission.cli.check"}
+    assert commands_in(modules) <= {"bt_mission.commands.run", "bt_mission.commands.check"}
 
 
 @pytest.mark.thorough
@@ -127,7 +127,7 @@ def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
     modules = loaded(tmp_path, LISTED, "run", "short.yaml", "--json")
     assert {"rclpy", "mujoco", "py_trees"} <= of_packages(modules)
     assert of_packages(modules).isdisjoint({"scipy", "cv2", "PIL", "rich", "textual"})
-    assert "bt_mission.btcpp" not in modules
+    assert "bt_mission.commands.convert" not in modules
 
 
 @pytest.mark.thorough

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
+from bt_mission.base.dds.discovery import MACHINE, PROCESS, RANGE
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S
 

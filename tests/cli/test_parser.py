@@ -9,12 +9,12 @@ from typing import get_args
 
 import pytest
 
+from bt_mission.base.files import FileKind
 from bt_mission.cli.commands import load_commands
-from bt_mission.cli.completion import KINDS
 from bt_mission.cli.main import make_parser
 from bt_mission.cli.parser import Option, Parser
 from bt_mission.cli.ros_arguments import RosArgumentsError, checked, of_node, split
-from bt_mission.core.files import FileKind
+from bt_mission.commands.completion import KINDS
 from tests.support.command_line import CommandLine
 
 HELP = ["", "run", "watch", "convert", "serve", "actions", "actions send", "services", "replay"]

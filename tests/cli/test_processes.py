@@ -19,7 +19,7 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.core.interrupts import SAME_WISH_S
+from bt_mission.base.interrupts import SAME_WISH_S
 from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL, command
 from bt_mission.views.web.report.page import write_report

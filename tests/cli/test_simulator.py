@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import load_robot
-from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.work import ScenarioWorker
+from bt_mission.robots.model import load_robot
+from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.work import ScenarioWorker
 from sim.ir_sim import IrSim
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation

@@ -26,7 +26,7 @@ def test_every_command_prints_what_its_transcript_says(
     path: Path, cli: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Bad input changes no file."""
-    monkeypatch.setattr("bt_mission.sweeps.pool.CONNECT_S", 1.0)
+    monkeypatch.setattr("bt_mission.scenarios.concrete.pool.CONNECT_S", 1.0)
     _, *files = re.split(r"^-- (.+) --\n", head_of(path), flags=re.MULTILINE)
     for name, text in zip(files[::2], files[1::2], strict=True):
         cli.write(name, text)

@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from bt_mission import read_recording
-from bt_mission.cli import replay, run_shown, web
+from bt_mission.cli import run_shown, web
 from bt_mission.cli.main import make_parser
-from bt_mission.graph_tools.foxglove import LAYOUT
+from bt_mission.commands import replay
+from bt_mission.commands.foxglove import LAYOUT
 from bt_mission.testing.live_graph import LOCAL, command
 from bt_mission.views.web.live import LiveMission
 from tests.support.command_line import CommandLine

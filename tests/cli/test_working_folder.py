@@ -16,9 +16,9 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from bt_mission.agents.permits import new_key
+from bt_mission.base.python_process import python_environment, safe_processes
 from bt_mission.cli.commands import COMMANDS
-from bt_mission.core.python_process import python_environment, safe_processes
+from bt_mission.commands.agents.permits import new_key
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.agents import SITE
 from tests.support.processes import PATIENCE_S, read_until

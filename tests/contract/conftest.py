@@ -10,8 +10,8 @@ import zlib
 
 import pytest
 
-from bt_mission.core.files import names
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.files import names
+from bt_mission.robots.model import load_robot
 from tests.support.bench import Bench
 from tests.support.fake_robot import FakeRobot
 from tests.support.served import BESIDE, DRIVING, SERVED

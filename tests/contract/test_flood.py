@@ -10,8 +10,8 @@ from bt_mission_interfaces.action import Turn
 from rclpy.qos import QoSProfile
 
 from action_servers.core.maneuver import ZERO
-from bt_mission.core.action_requests import MOST_RESULT_REQUESTS
-from bt_mission.core.goal_rate import MOST_GOALS
+from bt_mission.base.action_requests import MOST_RESULT_REQUESTS
+from bt_mission.base.goal_rate import MOST_GOALS
 
 PERIOD_NS = 50_000_000
 MANY = 300

@@ -24,7 +24,7 @@ PAGES = {
     for path in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
 }
 ELSEWHERE = {
-    "docs/reference/errors/": "tests/cli/test_explain.py, with the files of the catalogue",
+    "docs/reference/errors/": "tests/commands/test_explain.py, with the files of the catalogue",
 }
 """Pages whose commands another test types."""
 NOT_RUN = {

@@ -10,21 +10,21 @@ from typing import Any
 
 import pytest
 
+from bt_mission.base import files
+from bt_mission.base.yaml.document import read, read_text
 from bt_mission.cli import main
 from bt_mission.cli.argument_types import FileType
 from bt_mission.cli.main import make_parser
-from bt_mission.core import files
-from bt_mission.core.robot.model import load_robot
-from bt_mission.core.yaml.document import read, read_text
-from bt_mission.faults import parse_fault
-from bt_mission.language.checks.requirements import with_requirements
-from bt_mission.language.requirements.formula import Formula
-from bt_mission.language.requirements.parser import JOINING
-from bt_mission.language.requirements.signals import SIGNALS
-from bt_mission.search.guide import AIMS
-from bt_mission.search.strategies import STRATEGIES
+from bt_mission.commands.falsify.guide import AIMS
+from bt_mission.requirements.checks import with_requirements
+from bt_mission.requirements.language.formula import Formula
+from bt_mission.requirements.language.parser import JOINING
+from bt_mission.requirements.language.signals import SIGNALS
+from bt_mission.robots.model import load_robot
+from bt_mission.scenarios.concrete.ranges import FaultRanges, ObstacleRanges, Ranges, RangesFile
+from bt_mission.scenarios.concrete.strategies import STRATEGIES
+from bt_mission.scenarios.faults import parse_fault
 from bt_mission.sessions.load import load
-from bt_mission.sweeps.ranges import FaultRanges, ObstacleRanges, Ranges, RangesFile
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.loader import load_world

@@ -7,8 +7,8 @@ from contextlib import closing
 
 import pytest
 
-from bt_mission.cli.page_search import PageIndex
-from bt_mission.cli.pages import Manual
+from bt_mission.commands.docs.page_search import PageIndex
+from bt_mission.commands.docs.pages import Manual
 from tests.support.project import ROOT
 from tests.support.questions import QUESTIONS
 

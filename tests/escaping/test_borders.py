@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
+from bt_mission.base.ros_log import EscapingLogger
+from bt_mission.base.terminal.console import EscapingConsole
+from bt_mission.base.terminal.streams import escaped_output, unescaped
+from bt_mission.base.text import escape_control, escape_lines
 from bt_mission.cli.commands import load_commands
-from bt_mission.cli.doctor import CheckResult, DoctorCheck, report_on
 from bt_mission.cli.main import main, make_parser
-from bt_mission.core.ros_log import EscapingLogger
-from bt_mission.core.terminal.console import EscapingConsole
-from bt_mission.core.terminal.streams import escaped_output, unescaped
-from bt_mission.core.text import escape_control, escape_lines
+from bt_mission.commands.doctor import CheckResult, DoctorCheck, report_on
 from tests.support.hostile import ATTACKS, HOSTILE, MARK, escape_nothing, filled, leaks
 from tests.support.project import ROOT
 from tools import check_layers
@@ -27,23 +27,23 @@ from tools import check_layers
 KNOWN = check_layers.modules()
 
 BORDERS = {
-    "rich.console.Console": "bt_mission.core.terminal.console",
+    "rich.console.Console": "bt_mission.base.terminal.console",
     "rich.get_console": "",
-    "rich.text.Text.from_ansi": "bt_mission.core.terminal.console",
+    "rich.text.Text.from_ansi": "bt_mission.base.terminal.console",
     "rich.text.Text.from_markup": "",
-    "textual.app.App": "bt_mission.core.terminal.screen",
-    "html.escape": "bt_mission.core.text",
+    "textual.app.App": "bt_mission.base.terminal.screen",
+    "html.escape": "bt_mission.base.text",
     "xml.sax.saxutils": "",
     "sys.__stdout__": "bt_mission.programs.signals",  # of pdb, in the program of a user
     "sys.__stderr__": "",
-    "*.get_logger": "bt_mission.core.ros_log",
-    "unicodedata.category": "bt_mission.core.text",
+    "*.get_logger": "bt_mission.base.ros_log",
+    "unicodedata.category": "bt_mission.base.text",
 }
 """What writes, or escapes, in a way of its own, and the one module that may use it."""
 
 TYPES_ONLY = (
-    "bt_mission.cli.doctor",
-    "bt_mission.graph_tools.goal_views",
+    "bt_mission.commands.doctor",
+    "bt_mission.commands.graph.goal_views",
     "bt_mission.views.terminal.views",
 )
 """Modules that take a console, and make none: they import its class for annotations."""

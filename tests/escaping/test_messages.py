@@ -14,18 +14,18 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.interface_comments import read_interface
-from bt_mission.core.text import columns
-from bt_mission.graph_tools import goal_events, listing
-from bt_mission.graph_tools.form import GoalForm
-from bt_mission.graph_tools.goal_views import goal_view_for, on_a_line
-from bt_mission.graph_tools.graph_query import GraphEntry
-from bt_mission.graph_tools.interface_description import (
+from bt_mission.base.interface_comments import read_interface
+from bt_mission.base.text import columns
+from bt_mission.commands.graph import goal_events, listing
+from bt_mission.commands.graph.form import GoalForm
+from bt_mission.commands.graph.goal_views import goal_view_for, on_a_line
+from bt_mission.commands.graph.graph_query import GraphEntry
+from bt_mission.commands.graph.interface_description import (
     InterfaceDescription,
     InterfacePart,
     describe_interface,
 )
-from bt_mission.graph_tools.values import as_json, as_yaml, plain
+from bt_mission.commands.graph.values import as_json, as_yaml, plain
 from tests.support.hostile import (
     HOSTILE,
     MARK,

@@ -11,8 +11,8 @@ import pytest
 import yaml  # type: ignore[import-untyped]
 from PIL import ImageDraw
 
+from bt_mission.base.diagnostics import InputError
 from bt_mission.cli.main import main
-from bt_mission.core.diagnostics import InputError
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.language.schema import mission_schema
 from bt_mission.sessions.check import examine

@@ -14,28 +14,28 @@ import pytest
 from PIL import ImageDraw
 from py_trees.common import Status
 
+from bt_mission.base.terminal.console import EscapingConsole, coloured
 from bt_mission.cli.main import main
-from bt_mission.core.terminal.console import EscapingConsole, coloured
-from bt_mission.coverage.places import CoveragePlace
-from bt_mission.coverage.record import CoverageTally, CoveredFile
-from bt_mission.coverage.report import as_html
-from bt_mission.events import reader
-from bt_mission.events.codec import json_line
-from bt_mission.events.events import NodeChanged
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlResponse, ListedExecutive, Received
+from bt_mission.commands.video.panel import Captions, panel
+from bt_mission.executive.events import reader
+from bt_mission.executive.events.codec import json_line
+from bt_mission.executive.events.events import NodeChanged
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.source import ControlResponse, ListedExecutive, Received
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.report import FailurePath, Report
 from bt_mission.executive.trace import VERSION
 from bt_mission.recording.happenings import EXECUTIVE
 from bt_mission.recording.model import RecordedRun
 from bt_mission.ros.interface_types import message_type, service_type
+from bt_mission.scenarios.coverage.places import CoveragePlace
+from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
+from bt_mission.scenarios.coverage.report import as_html
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
 from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
 from bt_mission.views.tui.app import WatchApp
-from bt_mission.views.video.panel import Captions, panel
 from bt_mission.views.web.report.details import details
 from bt_mission.views.web.report.page import RobotRun, page_of
 from tests.support.hostile import (

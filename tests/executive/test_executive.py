@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.events.events import Event, GoalChanged, NodeChanged
+from bt_mission.executive.events.events import Event, GoalChanged, NodeChanged
 
 TURN = "  turn: {angle: 90}\n  timeout: 9"
 TWO_TURNS = """\

@@ -13,8 +13,8 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from bt_mission.cli import main
-from bt_mission.events.events import EventStream, NodeChanged, NodeInfo, RunStarted
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events.events import EventStream, NodeChanged, NodeInfo, RunStarted
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.executive.leaf_statistics import LeafStatistics, LeafSummary
 
 S = 1_000_000_000

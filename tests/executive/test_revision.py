@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.events import GoalChanged, NodeChanged, TreeRevised
+from bt_mission.executive.events.events import GoalChanged, NodeChanged, TreeRevised
 from bt_mission.executive.revision import RevisionPlan
 from bt_mission.sessions.load import load
 

@@ -12,8 +12,8 @@ import pytest
 from py_trees.common import Status
 
 from bt_mission.cli import main
-from bt_mission.events.codec import fields_of
-from bt_mission.events.events import (
+from bt_mission.executive.events.codec import fields_of
+from bt_mission.executive.events.events import (
     Event,
     EventStream,
     GoalChanged,
@@ -26,7 +26,7 @@ from bt_mission.events.events import (
     RunStarted,
     StateChanged,
 )
-from bt_mission.events.log import line_of
+from bt_mission.executive.events.log import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
 from bt_mission.executive.trace import Trace, TraceFile
 from bt_mission.executive.trace_diff import first_difference

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.yaml.document import read_text
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.sessions.load import load
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.yaml.document import read_text
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.parser import RESERVED
 from bt_mission.language.expressions.values import show

@@ -2,8 +2,8 @@
 
 import pytest
 
-from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, InputError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, InputError
+from bt_mission.base.yaml.document import read_text
 from bt_mission.sessions.load import load
 
 HEAD = "mission: test\ninputs: {speed: 0.2, legs: 3}\ntree:\n"

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from bt_mission.btcpp.document import document_of, mission_yaml
-from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.yaml.document import read_text
+from bt_mission.commands.convert.document import document_of, mission_yaml
+from bt_mission.commands.convert.mission_writer import mission_xml
 from bt_mission.language.expressions.expression import Expression, Late, Text
 from bt_mission.scenarios.loader import examine_scenario
 from bt_mission.sessions.check import examine

@@ -10,7 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from bt_mission.core.yaml.document import read, read_text
+from bt_mission.base.yaml.document import read, read_text
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.language.schema import mission_schema
 from tests.support.project import LANGUAGE_PAGES, MISSIONS

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError, in_order
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import InputError, in_order
+from bt_mission.base.yaml.document import read_text
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.expressions.expression import Expression, Template
 from bt_mission.language.expressions.outcomes import outcomes, range_of
@@ -30,7 +30,7 @@ from bt_mission.language.message_types import (
     conform,
 )
 from bt_mission.language.node_reader import NodeReader
-from bt_mission.language.requirements.formula import Formula
+from bt_mission.requirements.language.formula import Formula
 from bt_mission.sessions.load import load
 from tests.support.transcripts import assert_transcript, transcripts_of
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import Scope
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import folders
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.files import folders
+from bt_mission.executive.behaviours.builder import build_tree
+from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.language.trees import MOST_FILES, used
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load

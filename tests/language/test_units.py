@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.units import UNITS, converted, in_base, near_unit
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.units import UNITS, converted, in_base, near_unit
+from bt_mission.base.yaml.document import read_text
+from bt_mission.commands.convert.mission_writer import mission_xml
 from bt_mission.language.expressions.expression import Expression, Text
 from bt_mission.language.expressions.units import Measured
 from bt_mission.language.inputs import overridden

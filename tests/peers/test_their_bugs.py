@@ -1,7 +1,7 @@
 """What went wrong elsewhere, by project and issue, over real rclpy on a virtual clock.
 
 Each test names the threads in which users of another behaviour-tree library for ROS 2 met the
-fault. The statuses of composites, tick by tick, are in tests/behaviours/test_statuses.py.
+fault. The statuses of composites, tick by tick, are in tests/executive/behaviours/test_statuses.py.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ import pytest
 from greenlet import greenlet
 from rclpy.node import Node
 
-from bt_mission.core.diagnostics import InputError
+from bt_mission.base.diagnostics import InputError
 from bt_mission.programs.calls import Call
 from bt_mission.programs.mains import MainProgram
 from bt_mission.sessions.drive import drive

@@ -16,7 +16,7 @@ from rosbags.highlevel import AnyReader
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.stamps import NS, set_ns, to_ns
+from bt_mission.base.stamps import NS, set_ns, to_ns
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.ros.graph import NodeOptions

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
 from tests.support.recorded_runs import summary_of

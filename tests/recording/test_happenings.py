@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.events.codec import event_of, node_names, trace_line
-from bt_mission.events.events import NodeInfo, RunStarted
+from bt_mission.executive.events.codec import event_of, node_names, trace_line
+from bt_mission.executive.events.events import NodeInfo, RunStarted
 from bt_mission.recording.contents import string_message
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.happenings import (

@@ -13,11 +13,11 @@ import pytest
 from mcap.writer import Writer
 from py_trees.common import Status
 
-from bt_mission.core.robot.model import load_robot
-from bt_mission.events.events import NodeChanged
+from bt_mission.executive.events.events import NodeChanged
 from bt_mission.recording.model import RecordedRun, Span, Track
 from bt_mission.recording.reader import read_run, spans_of
 from bt_mission.recording.reading import RecordingError
+from bt_mission.robots.model import load_robot
 
 S = 1_000_000_000
 BLOCKED = """\

@@ -6,10 +6,10 @@ import json
 from types import SimpleNamespace
 from typing import Any
 
-from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.signal_samples import SignalSamples
 from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.language.formula import Formula, Requirement
+from bt_mission.requirements.language.syntax import SignalValue
 
 NONE_OPEN = {"open_goals": 0, "accepted_goals": []}
 

@@ -14,12 +14,9 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.files import find
-from bt_mission.language.checks.requirements import with_requirements
+from bt_mission.base.files import find
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.mission import Mission
-from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.language.requirements.signals import OUTCOMES
 from bt_mission.recording.contents import string_message
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
@@ -29,6 +26,9 @@ from bt_mission.recording.verification import (
     recorded_requirements,
 )
 from bt_mission.recording.writer import RunRecorder
+from bt_mission.requirements.checks import with_requirements
+from bt_mission.requirements.language.formula import Formula, Requirement
+from bt_mission.requirements.language.signals import OUTCOMES
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage

@@ -21,11 +21,11 @@ from std_msgs.msg import Float64
 
 import bt_mission
 from bt_mission import read_recording
-from bt_mission.core.cdr.definitions import NoDefinitionError, definition_of
-from bt_mission.core.files import names
-from bt_mission.core.stamps import to_ns
-from bt_mission.events.events import ClockJumped, StateChanged
-from bt_mission.events.log import INFO, WARN, rosout_line
+from bt_mission.base.files import names
+from bt_mission.base.stamps import to_ns
+from bt_mission.cdr.definitions import NoDefinitionError, definition_of
+from bt_mission.executive.events.events import ClockJumped, StateChanged
+from bt_mission.executive.events.log import INFO, WARN, rosout_line
 from bt_mission.recording import writer
 from bt_mission.recording.contents import files_of
 from bt_mission.recording.file import McapFile

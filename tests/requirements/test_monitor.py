@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.requirements.language.formula import Formula, Requirement
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 from tests.support.played_signals import Played, PlayedSignals
 

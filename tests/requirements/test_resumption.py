@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bt_mission.core.verdicts import Verdict
-from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.base.verdicts import Verdict
+from bt_mission.requirements.language.formula import Formula, Requirement
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.requirements.resumption import joined
 

@@ -16,8 +16,8 @@ from bt_mission.language.expressions.syntax import (
     SyntaxNode,
 )
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.language.requirements.syntax import SignalValue, Temporal, TimeWindow
+from bt_mission.requirements.language.formula import Formula, Requirement
+from bt_mission.requirements.language.syntax import SignalValue, Temporal, TimeWindow
 from bt_mission.requirements.measures import MEASURED_VALUES as MEASURES
 from bt_mission.requirements.monitor import Monitor
 from tests.support.played_signals import PlayedSignals

@@ -10,8 +10,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from std_msgs.msg import Bool, Int32, String
 from std_srvs.srv import SetBool
 
-from bt_mission.core.dds.liveliness import RECORDER
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.dds.liveliness import RECORDER
+from bt_mission.base.errors import BtMissionError
 from bt_mission.language.message_types import UnknownType
 from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.interface_types import FillError

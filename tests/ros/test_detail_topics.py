@@ -10,8 +10,8 @@ import pytest
 from bt_mission_interfaces.msg import MissionDetails, MissionLog
 from visualization_msgs.msg import Marker
 
-from bt_mission.events.events import GoalChanged
-from bt_mission.goals.poses import NamedPose
+from bt_mission.executive.events.events import GoalChanged
+from bt_mission.executive.goals.poses import NamedPose
 from bt_mission.ros import event_messages, mission_details, status_publisher
 from bt_mission.ros.mission_details import KEPT_GOALS, as_json
 from bt_mission.ros.status_publisher import DETAILS, LOG

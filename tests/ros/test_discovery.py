@@ -12,10 +12,10 @@ from rclpy.type_hash import TypeHash
 from sensor_msgs.msg import BatteryState
 from visualization_msgs.msg import Marker, MarkerArray
 
-from bt_mission.events import messages
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, ControlResponse, Verb
+from bt_mission.executive.events import messages
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.source import ControlRequest, ControlResponse, Verb
 from bt_mission.ros.discovery import ExecutiveDirectory
 from bt_mission.ros.graph import LATCHED, type_hash_of
 from bt_mission.ros.mission_client import MissionClient

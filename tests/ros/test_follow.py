@@ -10,7 +10,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Int32, String
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.ros import status_publisher
 from bt_mission.ros.status_publisher import DETAILS
 

@@ -15,8 +15,8 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.yaml.document import read_text
 from bt_mission.ros import graph_check
 from bt_mission.sessions.load import load
 

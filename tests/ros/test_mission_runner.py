@@ -12,7 +12,7 @@ from rclpy.time import Time
 from std_msgs.msg import String
 
 from bt_mission import BtMissionError, MissionRunner, RunnerOptions, load
-from bt_mission.core.dds.liveliness import TOPIC
+from bt_mission.base.dds.liveliness import TOPIC
 from bt_mission.testing import ScriptedServer
 from tests.support.graph import TURN as TYPE
 

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.msg import MissionLog
 
-from bt_mission.events import reader
-from bt_mission.events.codec import event_of, json_line
-from bt_mission.events.events import Event, FaultChanged, LogLine
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.messages import Batch
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events import reader
+from bt_mission.executive.events.codec import event_of, json_line
+from bt_mission.executive.events.events import Event, FaultChanged, LogLine
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.messages import Batch
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.ros.status_publisher import LOG
 
 S = 1_000_000_000

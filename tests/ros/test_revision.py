@@ -10,9 +10,9 @@ import pytest
 from bt_mission_interfaces.msg import StatusChanges, Tree
 from bt_mission_interfaces.srv import GetStatuses, ReviseMission
 
-from bt_mission.events import reader
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events import reader
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.language.revision import Revision
 from bt_mission.ros.graph import LATCHED
 from bt_mission.ros.journal import open_journal, resumed_mission

@@ -12,7 +12,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.ros import graph, run_ending
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions

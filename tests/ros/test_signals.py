@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.events.events import EventStream, NodeChanged
-from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.events.events import EventStream, NodeChanged
+from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.signals import LiveSignals
 
 

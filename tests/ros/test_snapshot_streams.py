@@ -84,7 +84,7 @@ def test_a_node_is_described_in_py_trees_words(ros: Any):
     watcher = TreeWatcher(ros)
     nodes = {behaviour.name: behaviour for behaviour in watcher.newest.behaviours}
     root, parallel = nodes["all kinds"], nodes["parallel"]
-    assert root.class_name == "bt_mission.behaviours.control.Sequence"
+    assert root.class_name == "bt_mission.executive.behaviours.control.Sequence"
     assert (root.additional_detail, parallel.additional_detail) == ("WithMemory", "OnOne")
     assert root.current_child_id == parallel.own_id
     assert root.tip_id == nodes["turn"].own_id

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.stamps import to_ns
-from bt_mission.events import reader
-from bt_mission.events.events import NodeChanged, NodesReset, RequirementChanged
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.messages import Batch
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.stamps import to_ns
+from bt_mission.executive.events import reader
+from bt_mission.executive.events.events import NodeChanged, NodesReset, RequirementChanged
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.messages import Batch
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.ros import event_messages
 from bt_mission.ros.status_publisher import StatusPublisher
 

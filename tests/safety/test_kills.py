@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.dds.middleware import FAST_DDS, PROFILES
+from bt_mission.base.dds.middleware import FAST_DDS, PROFILES
 from tests.support.thorough import sample
 
 pytestmark = pytest.mark.process

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.world.motion import Drifting
 from sim.world.shapes import Obstacle
 from tests.support.thorough import sample

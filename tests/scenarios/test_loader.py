@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.faults.planned import AfterStep, AtTime, WhenTrue
+from bt_mission.base.diagnostics import InputError
+from bt_mission.scenarios.faults.planned import AfterStep, AtTime, WhenTrue
 from bt_mission.scenarios.loader import ScenarioChanges, examine_scenario, load_scenario
 from bt_mission.scenarios.scenario import Expectation
 

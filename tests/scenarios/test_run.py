@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import bt_mission
-from bt_mission.core.diagnostics import InputError
+from bt_mission.base.diagnostics import InputError
 from bt_mission.scenarios.cause import kind_of, masked
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import look_for_names, run_scenario

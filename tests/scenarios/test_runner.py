@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from rclpy.logging import LoggingSeverity, set_logger_level
 
-from bt_mission.core.dds.discovery import RANGE
-from bt_mission.core.dds.middleware import ALONE, PROFILES
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.dds.discovery import RANGE
+from bt_mission.base.dds.middleware import ALONE, PROFILES
+from bt_mission.base.errors import BtMissionError
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process, silence_logs
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.live_graph import command

@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.yaml.document import read, read_text
+from bt_mission.base.yaml.document import read, read_text
 from bt_mission.scenarios.schema import scenario_schema
 from tests.support.project import ROOT, SCENARIOS
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.yaml.document import read_text
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.testing import Stages

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from bt_mission.core.files import names
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.files import names
+from bt_mission.base.yaml.document import read_text
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.goal_checks import with_parameters
 

@@ -9,7 +9,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 
 HEAD = "mission: m\nworld: empty_arena\ntree:\n"
 

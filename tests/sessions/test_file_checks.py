@@ -7,18 +7,18 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.files import kind_of
+from bt_mission.base.yaml.document import read, read_text
 from bt_mission.cli.main import main
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import kind_of
-from bt_mission.core.robot.model import load_robot
-from bt_mission.core.yaml.document import read, read_text
+from bt_mission.robots.model import load_robot
+from bt_mission.scenarios.concrete.ranges import RangesFile
 from bt_mission.scenarios.loader import examine_scenario
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_checks import TOPICS, stage_problems, start_problem
-from bt_mission.sweeps.ranges import RangesFile
 from sim.sensors.kinds import sensors_of
 from sim.world.world import World
 from tests.support.project import ROOT

@@ -13,8 +13,8 @@ from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
 from action_servers.core.error_codes import ErrorCode
-from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
-from bt_mission.core.goal_rate import MOST_LINES
+from bt_mission.base.dds.liveliness import EXECUTIVE_LOST
+from bt_mission.base.goal_rate import MOST_LINES
 from bt_mission.ros.graph import LATCHED
 from bt_mission.sessions.mission_server import VIOLATED
 from bt_mission.sessions.served_missions import ServedMissions

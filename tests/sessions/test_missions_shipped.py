@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from bt_mission.core.files import find, names
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.files import find, names
+from bt_mission.robots.model import load_robot
 from sim.world.loader import load_world
 from tests.support.paths import path_length
 from tests.support.thorough import sample

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.nature import Nature
+from bt_mission.base.nature import Nature
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage

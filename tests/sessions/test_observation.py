@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.base.diagnostics import InputError
 from bt_mission.cli.main import main
-from bt_mission.core.diagnostics import InputError
-from bt_mission.fleets.run import run_fleet
+from bt_mission.scenarios.fleets.run import run_fleet
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.load import convert, load
 from bt_mission.testing.stages import Stages

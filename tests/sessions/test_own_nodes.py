@@ -14,14 +14,16 @@ from rclpy.action import ActionServer
 from rclpy.node import Node
 from std_msgs.msg import String
 
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.cli import main
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.report import Report
-from bt_mission.fleets.loader import load_fleet
-from bt_mission.fleets.run import run_fleet
 from bt_mission.language.plugins import find_factory
 from bt_mission.recording.writer import RunRecorder
+from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.fleets.loader import load_fleet
+from bt_mission.scenarios.fleets.run import run_fleet
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine
@@ -29,8 +31,6 @@ from bt_mission.sessions.load import convert, load
 from bt_mission.sessions.served_missions import ServedMissions
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
-from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.work import ScenarioWorker
 from bt_mission.testing.run import Run
 from tests.support.project import ROOT
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.language.checks.requirements import with_requirements
+from bt_mission.requirements.checks import with_requirements
 from bt_mission.requirements.monitor import Monitors
 from bt_mission.ros.signals import LiveSignals
 from bt_mission.testing.stages import Stages

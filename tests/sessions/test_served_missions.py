@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.action import ExecuteMission
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
 
 HELLO = "mission: hello\ntree: {log: hello}\n"

@@ -10,7 +10,7 @@ from bt_mission_interfaces.action import ExecuteMission
 from rclpy.action import ActionClient
 from std_msgs.msg import String
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core import interrupts
-from bt_mission.events.events import Event
+from bt_mission.base import interrupts
+from bt_mission.executive.events.events import Event
 from bt_mission.sessions.drive import StepDriver, drive
 from bt_mission.sessions.session import Run, StepCallback
 from bt_mission.sessions.view import View

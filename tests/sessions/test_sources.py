@@ -10,8 +10,8 @@ import pytest
 from rclpy.action import get_action_names_and_types
 
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.robot.model import load_robot
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.robots.model import load_robot
 from bt_mission.sessions.check import examine
 from sim.world.loader import load_world
 from tests.support.paths import path_length

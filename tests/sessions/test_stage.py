@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.files import names
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.files import names
+from bt_mission.base.yaml.document import read_text
 from bt_mission.sessions import stage as stage_module
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage, StageError, free_folder

@@ -14,18 +14,18 @@ from typing import Any
 import pytest
 from rclpy import utilities
 
-from bt_mission.core import clock_watch, interrupts
-from bt_mission.core.clock_watch import ClockWatch, LeftError, callback_in, refuse_leaving, told_by
-from bt_mission.core.diagnostics import InputError
+from bt_mission.base import clock_watch, interrupts
+from bt_mission.base.clock_watch import ClockWatch, LeftError, callback_in, refuse_leaving, told_by
+from bt_mission.base.diagnostics import InputError
 from bt_mission.executive.report import Report
 from bt_mission.scenarios import run as scenario_run
+from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.row import ScenarioRow
+from bt_mission.scenarios.concrete.work import ScenarioWorker
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
-from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.work import ScenarioWorker
 from tests.support.thorough import sample
 
 NODE = """\

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.robot_state import RobotState
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.robot_state import RobotState
 from bt_mission.ros import robot_relay, status_publisher
 from bt_mission.ros.local_client import LocalExecutive
 from bt_mission.sessions.load import load

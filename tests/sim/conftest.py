@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.robot.model import RobotModel, SensorsModel, load_robot
+from bt_mission.robots.model import RobotModel, SensorsModel, load_robot
 from sim.physics.physics import Physics
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.physics.spawn import MOST, RobotSpawn, RobotSpawnError, check, read
 from sim.robot.fit import SpawnError
 from sim.sensors.imu import Imu

@@ -6,8 +6,8 @@ import pytest
 from geometry_msgs.msg import TwistStamped
 from std_srvs.srv import SetBool, Trigger
 
-from bt_mission.core.robot.model import BatteryModel, SensorsModel
-from bt_mission.core.stamps import set_ns
+from bt_mission.base.stamps import set_ns
+from bt_mission.robots.model import BatteryModel, SensorsModel
 from sim.world.loader import load_world
 
 S, MS = 1_000_000_000, 1_000_000

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.robot.fit import SpawnError
 from sim.sensors.imu import Imu
 from sim.world.loader import load_world

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bt_mission.core.files import names
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.files import names
+from bt_mission.robots.model import load_robot
 from sim.world.loader import load_world, unseen
 from sim.world.world import World
 from tests.support.simulated import alone

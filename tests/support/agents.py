@@ -13,17 +13,17 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from mcp.client import Client
 from mcp.shared.exceptions import MCPError
 
-from bt_mission.agents.approval_page import ApprovalServer
-from bt_mission.agents.door import Door
-from bt_mission.agents.evidence import evidence_of
-from bt_mission.agents.examiner import Examination
-from bt_mission.agents.folder import AgentFolder, Proposal
-from bt_mission.agents.jobs import WAIT_S, CommandEnd
-from bt_mission.agents.permits import Permit, grant
-from bt_mission.agents.permitted import PERMIT, PermittedMissions
-from bt_mission.agents.server import agent_server
-from bt_mission.agents.site import Site, load_site
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.commands.agents.approval_page import ApprovalServer
+from bt_mission.commands.agents.door import Door
+from bt_mission.commands.agents.evidence import evidence_of
+from bt_mission.commands.agents.examiner import Examination
+from bt_mission.commands.agents.folder import AgentFolder, Proposal
+from bt_mission.commands.agents.jobs import WAIT_S, CommandEnd
+from bt_mission.commands.agents.permits import Permit, grant
+from bt_mission.commands.agents.permitted import PERMIT, PermittedMissions
+from bt_mission.commands.agents.server import agent_server
+from bt_mission.commands.agents.site import Site, load_site
 from tests.support.web_pages import play_with
 
 SITE = """\

@@ -15,7 +15,7 @@ from unique_identifier_msgs.msg import UUID
 
 from action_servers.core.maneuver import ZERO
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 from tests.support.rig import Rig
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from tests.support import served
 from tests.support.bench import Bench
 from tests.support.fake_robot import FakeRobot

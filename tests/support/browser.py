@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.cli.doctor import BROWSERS
+from bt_mission.commands.doctor import BROWSERS
 
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 IN_BROWSER = [

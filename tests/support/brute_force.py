@@ -5,12 +5,12 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field
 
+from bt_mission.commands.prove.choices import Script
+from bt_mission.commands.prove.claims import Broken, Claims
+from bt_mission.commands.prove.environment import Environment
+from bt_mission.commands.prove.explorer import explore
+from bt_mission.commands.prove.known_steps import DivergedError
 from bt_mission.language.mission import Mission
-from bt_mission.proving.choices import Script
-from bt_mission.proving.claims import Broken, Claims
-from bt_mission.proving.environment import Environment
-from bt_mission.proving.explorer import explore
-from bt_mission.proving.known_steps import DivergedError
 from bt_mission.sessions.load import load
 
 HEAD = "mission: small\ntree:\n"

@@ -64,3 +64,12 @@ class CommandLine:
         """Run a command that is refused as bad input; returns its standard error."""
         assert self(line, 2) == ""
         return self.err
+
+
+@pytest.fixture
+def cli(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> CommandLine:
+    """Commands in an empty folder, which is the working one."""
+    monkeypatch.chdir(tmp_path)
+    return CommandLine(tmp_path, capsys)

@@ -11,8 +11,8 @@ import numpy as np
 
 from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Finished, Image, Maneuver, Observation, Scan
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.model import RobotModel
 
 T = TypeVar("T")
 

@@ -20,7 +20,7 @@ from websockets.frames import Frame, Opcode
 from websockets.typing import Subprotocol
 from websockets.uri import parse_uri
 
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.wall_clock import Stopwatch
 from tests.support.processes import PATIENCE_S
 
 PROTOCOL = Subprotocol("foxglove.sdk.v1")

@@ -7,7 +7,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from bt_mission.events.events import Event, NodeChanged
+from bt_mission.executive.events.events import Event, NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.virtual_time.discovery import pause
+from bt_mission.base.interrupts import InterruptSignals
+from bt_mission.ros.virtual_time.discovery import pause
 from tests.support.graph import Graph
 
 

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.core import text
-from bt_mission.core.text import is_shown
+from bt_mission.base import text
+from bt_mission.base.text import is_shown
 
 ATTACKS = {
     "clipboard": "\x1b]52;c;SEVJ\x07",

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.store import ResultStore
+from bt_mission.base.errors import BtMissionError
+from bt_mission.commands.sweep.store import ResultStore
+from bt_mission.scenarios.concrete.row import ScenarioRow
 
 LONGEST_S = 120.0
 LOOK_S = 0.05

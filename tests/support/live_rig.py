@@ -10,7 +10,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
-from bt_mission.executors.live import LiveExecutor
+from bt_mission.ros.executors.live import LiveExecutor
 from bt_mission.ros.graph import destroy_actions
 
 LONG_S = 30.0

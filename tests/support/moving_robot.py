@@ -13,7 +13,7 @@ from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Maneuver, Observation, Scan
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from action_servers.core.tuning import TUNING
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.world.motion import Course
 from tests.support.fake_robot import FakeRobot, Wall, cast_rays
 

@@ -23,7 +23,7 @@ from typing import IO, Any
 
 import bt_mission.sessions.stage  # noqa: F401 - what most commands import
 from bt_mission.cli import main
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import Process
 
 _SHELL = re.compile(r"[|&;<>$*~\\]|^\w+=")

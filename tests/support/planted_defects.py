@@ -18,9 +18,9 @@ from action_servers.driving.turn import Rotation, Turn
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.waypoints import FollowWaypoints
-from bt_mission.behaviours.decorators import Repeat
-from bt_mission.core.geometry import Twist2D
-from bt_mission.goals.attempt import Attempt
+from bt_mission.base.geometry import Twist2D
+from bt_mission.executive.behaviours.decorators import Repeat
+from bt_mission.executive.goals.attempt import Attempt
 from tests.support.planting import (
     Defect,
     Plant,

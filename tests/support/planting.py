@@ -13,9 +13,9 @@ from action_servers.core import checks, pilot
 from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.turn import Turn
 from action_servers.navigation.waypoints import FollowWaypoints
-from bt_mission.core.geometry import Twist2D
-from bt_mission.goals.attempt import Attempt
-from bt_mission.goals.goal import Goal
+from bt_mission.base.geometry import Twist2D
+from bt_mission.executive.goals.attempt import Attempt
+from bt_mission.executive.goals.goal import Goal
 
 Plant = Callable[[pytest.MonkeyPatch], object]
 

@@ -8,12 +8,12 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import Scope
+from bt_mission.executive.behaviours.builder import build_tree
+from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
 from bt_mission.language.revision import Revision
 from bt_mission.sessions.load import load

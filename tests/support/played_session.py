@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from bt_mission.events.events import LogLine
+from bt_mission.executive.events.events import LogLine
 from bt_mission.executive.executive import Executive
 from bt_mission.sessions.session import Run, Session
 from bt_mission.sessions.view import View

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Number, Reader
+from bt_mission.requirements.language.syntax import SignalValue
 
 Played = float | bool | str | None
 

@@ -14,7 +14,7 @@ from mcap.summary import Summary
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from bt_mission.core.files import find
+from bt_mission.base.files import find
 from bt_mission.recording.contents import RecordingOptions
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.writer import RunRecorder

@@ -10,8 +10,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.ros.graph import destroy_actions
-from bt_mission.virtual_time import VirtualTimeExecutor
-from bt_mission.virtual_time.discovery import pause
+from bt_mission.ros.virtual_time import VirtualTimeExecutor
+from bt_mission.ros.virtual_time.discovery import pause
 
 LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
 

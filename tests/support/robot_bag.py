@@ -8,9 +8,9 @@ from typing import Any
 
 from mcap_ros2.writer import Writer
 
-from bt_mission.core.cdr.definitions import Definitions, share_folders
-from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.cdr.definitions import Definitions, share_folders
 from bt_mission.recording.verification import RecordedRequirements, Verification
+from bt_mission.requirements.language.formula import Formula, Requirement
 
 START_NS = 1_700_000_000_000_000_000
 ODOMETRY, SCAN = "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan"

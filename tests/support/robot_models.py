@@ -6,8 +6,8 @@ import math
 import re
 from pathlib import Path
 
-from bt_mission.core.files import find
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.files import find
+from bt_mission.robots.model import load_robot
 
 MODELLED = ("husky", "rosbot", "f1tenth")
 """Skid-steer, omnidirectional, Ackermann."""

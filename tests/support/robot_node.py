@@ -16,7 +16,7 @@ from sensor_msgs.msg import Image, JointState, LaserScan, Range
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 
 PERIOD_NS = 50_000_000
 START_NS = 10_000_000_000

@@ -15,8 +15,8 @@ from action_servers.core.action import Action
 from action_servers.core.limits import ColourLimit, JointsLimit, Limit
 from action_servers.core.tuning import TUNING
 from action_servers.server.actions import action, generated_type
-from bt_mission.core.actions import declared
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.actions import declared
+from bt_mission.robots.model import RobotModel
 from bt_mission.ros.interface_types import fill
 
 HUGE = 3.0e38

@@ -20,8 +20,8 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 
-from bt_mission.core.dds.discovery import MACHINE, RANGE
-from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.base.dds.discovery import MACHINE, RANGE
+from bt_mission.base.dds.middleware import prepare_middleware
 from bt_mission.scenarios.runner import prepare_process
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage

@@ -1,6 +1,6 @@
 """Simulated robots: one that is alone in its world, or two; and the passing of their time."""
 
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.robots.model import RobotModel
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.simulation import Simulation

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeGuard
 
-from bt_mission.core.verdicts import Verdict
+from bt_mission.base.verdicts import Verdict
 from bt_mission.language.expressions.syntax import (
     Arithmetic,
     Comparison,
@@ -23,7 +23,7 @@ from bt_mission.language.expressions.syntax import (
     Not,
     SyntaxNode,
 )
-from bt_mission.language.requirements.syntax import Implies, Measure, SignalValue, Temporal
+from bt_mission.requirements.language.syntax import Implies, Measure, SignalValue, Temporal
 from bt_mission.requirements.samples import Truncation
 
 Rated = tuple[float, bool]

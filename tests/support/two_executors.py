@@ -18,10 +18,10 @@ from rclpy.task import Future
 from rclpy.time import Time
 from std_msgs.msg import Int64
 
-from bt_mission.executors.live import LiveExecutor
+from bt_mission.ros.executors.live import LiveExecutor
 from bt_mission.ros.graph import destroy_actions
-from bt_mission.virtual_time import NothingDueError, VirtualTimeExecutor
-from bt_mission.virtual_time.discovery import pause
+from bt_mission.ros.virtual_time import NothingDueError, VirtualTimeExecutor
+from bt_mission.ros.virtual_time.discovery import pause
 
 S = 1_000_000_000
 MS = 1_000_000

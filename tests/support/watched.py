@@ -6,14 +6,19 @@ from collections.abc import Generator, Iterable, Mapping
 
 from py_trees.common import Status
 
-from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.events import events, messages
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.messages import Batch
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, ControlResponse, ListedExecutive, Received
+from bt_mission.base.interrupts import InterruptSignals
+from bt_mission.executive.events import events, messages
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.messages import Batch
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.source import (
+    ControlRequest,
+    ControlResponse,
+    ListedExecutive,
+    Received,
+)
+from bt_mission.executive.goals.poses import NamedPose
 from bt_mission.executive.report import Report
-from bt_mission.goals.poses import NamedPose
 
 S = 1_000_000_000
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.scenarios.faults.errors import ScenarioError
 
 WAITS = """
 mission: waits

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import DOMAINS, Process, own_domain
 
 TURN = """

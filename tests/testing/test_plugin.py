@@ -82,9 +82,9 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
     assert others == ""
     assert ours.split() == [
         "bt_mission",
-        "bt_mission.core",
-        "bt_mission.core.lazy",
-        "bt_mission.core.text",
+        "bt_mission.base",
+        "bt_mission.base.lazy",
+        "bt_mission.base.text",
         "bt_mission.testing",
         "bt_mission.testing.options",
         "bt_mission.testing.plugin",

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing import Stages
 from tests.support.project import ROOT
 

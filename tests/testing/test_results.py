@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.stored_trace import read_trace
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.testing import failure_recording

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.faults.errors import ScenarioError
+from bt_mission.base.diagnostics import InputError
+from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.testing.run import NeverHeldError
 
 WAITS = """

@@ -13,11 +13,11 @@ from types import SimpleNamespace
 import pytest
 
 from action_servers.core.pilot import Pilot
-from bt_mission.behaviours import leaves
-from bt_mission.btcpp import document
-from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.base.diagnostics import Diagnostic
+from bt_mission.commands.convert import document
+from bt_mission.executive.behaviours import leaves
 from bt_mission.executive.executive import Executive
-from bt_mission.goals.ledger import Ledger
+from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.language.checks import scope
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.sessions import check

@@ -8,13 +8,19 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.cleanup import Finally
-from bt_mission.behaviours.decorators import Subtree
-from bt_mission.behaviours.runtime import Runtime
-from bt_mission.behaviours.snapshot import save
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import Event, GoalChanged, NodeChanged, NodesReset, TreeRevised
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.stamps import NS
+from bt_mission.executive.behaviours.cleanup import Finally
+from bt_mission.executive.behaviours.decorators import Subtree
+from bt_mission.executive.behaviours.runtime import Runtime
+from bt_mission.executive.behaviours.snapshot import save
+from bt_mission.executive.events.events import (
+    Event,
+    GoalChanged,
+    NodeChanged,
+    NodesReset,
+    TreeRevised,
+)
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.store import (
     Journal,

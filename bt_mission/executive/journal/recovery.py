@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.decorators import Subtree
-from bt_mission.behaviours.runtime import Runtime
-from bt_mission.behaviours.snapshot import load
-from bt_mission.core.errors import BtMissionError, cause_of
-from bt_mission.core.stamps import NS
+from bt_mission.base.errors import BtMissionError, cause_of
+from bt_mission.base.stamps import NS
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.behaviours.decorators import Subtree
+from bt_mission.executive.behaviours.runtime import Runtime
+from bt_mission.executive.behaviours.snapshot import load
+from bt_mission.executive.goals.goal import Goal, GoalClient, GoalStatus
 from bt_mission.executive.journal.store import (
     JournalState,
     NodeState,
@@ -21,7 +22,6 @@ from bt_mission.executive.journal.store import (
     decode,
     unpack_generator,
 )
-from bt_mission.goals.goal import Goal, GoalClient, GoalStatus
 
 SERVER_WAIT_NS = 10 * NS
 """The limit of the search for the servers of goals in flight, ns."""

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 from py_trees.common import Status
 from pydantic import Field, TypeAdapter, ValidationError
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.requirements.monitor import RequirementResult
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.base.diagnostics import Diagnostic
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import NodeModel, Path

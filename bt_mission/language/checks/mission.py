@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import Any
 
-from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic
-from bt_mission.core.interface_units import unit_of_field
-from bt_mission.core.units import COMPUTED, UNITS
+from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, Diagnostic
+from bt_mission.base.interface_units import unit_of_field
+from bt_mission.base.units import COMPUTED, UNITS
 from bt_mission.language.checks.python_code import leaf_diagnostics
 from bt_mission.language.checks.scope import (
     Variables,

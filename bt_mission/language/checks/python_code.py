@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 
-from bt_mission.core.clock_watch import CONTAINED
-from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
-from bt_mission.core.errors import described
-from bt_mission.core.yaml.document import Document, Key
+from bt_mission.base.clock_watch import CONTAINED
+from bt_mission.base.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
+from bt_mission.base.errors import described
+from bt_mission.base.yaml.document import Document, Key
 from bt_mission.language.checks.scope import Variables, expression_diagnostics
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, fits, type_of

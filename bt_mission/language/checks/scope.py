@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMappin
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.expressions.expression import Expression, Template, Value, names_in
 from bt_mission.language.expressions.outcomes import evaluate_constants
 from bt_mission.language.expressions.places import place_of

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any, Protocol
 
-from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic, describe, listed
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, Diagnostic, describe, listed
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.checks.scope import (
     MOST_ELEMENTS,
     Variables,

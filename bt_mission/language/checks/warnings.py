@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
-from bt_mission.core.diagnostics import Diagnostic, diagnostic_at, listed, quoted
-from bt_mission.core.yaml.document import Document
-from bt_mission.core.yaml.models import word_for_boolean
+from bt_mission.base.diagnostics import Diagnostic, diagnostic_at, listed, quoted
+from bt_mission.base.yaml.document import Document
+from bt_mission.base.yaml.models import word_for_boolean
 from bt_mission.language.checks.scope import names_read
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import ExpressionError

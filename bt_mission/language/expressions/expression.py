@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from bt_mission.core.diagnostics import quoted
+from bt_mission.base.diagnostics import quoted
 from bt_mission.language.expressions.parser import parse
 from bt_mission.language.expressions.syntax import EvaluationScope, Name, SyntaxNode, Types
 from bt_mission.language.expressions.units import UnitOfName, settled

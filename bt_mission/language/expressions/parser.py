@@ -21,8 +21,8 @@ import re
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from bt_mission.core.diagnostics import CUT, did_you_mean, listed, quoted
-from bt_mission.core.units import COMPUTED, near_unit
+from bt_mission.base.diagnostics import CUT, did_you_mean, listed, quoted
+from bt_mission.base.units import COMPUTED, near_unit
 from bt_mission.language.expressions import syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.units import Quantity

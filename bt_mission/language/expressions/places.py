@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.base.diagnostics import did_you_mean, listed, quoted
 from bt_mission.language.expressions.expression import Expression, Text
 from bt_mission.language.expressions.syntax import (
     Constant,

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import did_you_mean, listed
+from bt_mission.base.diagnostics import did_you_mean, listed
 from bt_mission.language.expressions.functions import FUNCTIONS, result_type
 from bt_mission.language.expressions.values import (
     MAX_MAGNITUDE,

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self, TypeAlias
 
-from bt_mission.core.interface_units import SI
-from bt_mission.core.units import (
+from bt_mission.base.interface_units import SI
+from bt_mission.base.units import (
     COMPUTED,
     DIMENSIONS,
     UNITS,

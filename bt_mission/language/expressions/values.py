@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from bt_mission.core.diagnostics import quoted
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.diagnostics import quoted
+from bt_mission.base.errors import BtMissionError
 
 Plain = bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 """A value of the mission language. Mappings come from messages only, inside lists."""

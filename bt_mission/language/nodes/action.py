@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, PlainValidator, create_model
 from typing_extensions import override
 
-from bt_mission.core.actions import ActionName
+from bt_mission.base.actions import ActionName
 from bt_mission.language.action_names import ACTION_NAMES, BY_TYPE
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import base, fields

@@ -30,8 +30,8 @@ from pydantic import BaseModel, ConfigDict, Field, SkipValidation, WithJsonSchem
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic
-from bt_mission.core.yaml.document import Document
+from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, Diagnostic
+from bt_mission.base.yaml.document import Document
 from bt_mission.language.expressions.expression import Expression, Value, written_text
 from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 from pydantic import Field
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.base.diagnostics import did_you_mean, listed, quoted
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.nodes import base, fields
 

@@ -13,10 +13,10 @@ from typing import Annotated, Any, TypeVar, cast
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from bt_mission.core.actions import MOVED
-from bt_mission.core.diagnostics import describe, did_you_mean, listed
-from bt_mission.core.stamps import MOST_SECONDS
-from bt_mission.core.units import converted
+from bt_mission.base.actions import MOVED
+from bt_mission.base.diagnostics import describe, did_you_mean, listed
+from bt_mission.base.stamps import MOST_SECONDS
+from bt_mission.base.units import converted
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.expressions.parser import RESERVED, parse
 from bt_mission.language.expressions.units import Measured, as_quantity, is_angle

@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, listed, quoted
+from bt_mission.base.diagnostics import LIKENED_NAMES, describe, did_you_mean, listed, quoted
 from bt_mission.language.action_names import ACTION_NAMES
 
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.base.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
 from bt_mission.language.nodes import base, fields

@@ -9,11 +9,11 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from contextlib import suppress
 
-from bt_mission.core.stamps import NS
-from bt_mission.events.events import RunStarted
-from bt_mission.events.log import LogEntry
-from bt_mission.events.messages import ROBOT
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.stamps import NS
+from bt_mission.executive.events.events import RunStarted
+from bt_mission.executive.events.log import LogEntry
+from bt_mission.executive.events.messages import ROBOT
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import UNREADABLE
 from bt_mission.recording.replay.timeline import Frame, Timeline, beside

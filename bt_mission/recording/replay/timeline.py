@@ -14,10 +14,10 @@ from pathlib import Path
 
 from py_trees.common import Status
 
-from bt_mission.core.geometry import yaw_of
-from bt_mission.events import events, messages
-from bt_mission.events.codec import is_of_log
-from bt_mission.events.log import words_of
+from bt_mission.base.geometry import yaw_of
+from bt_mission.executive.events import events, messages
+from bt_mission.executive.events.codec import is_of_log
+from bt_mission.executive.events.log import words_of
 from bt_mission.recording.facts import LARGEST_NS, robot_of
 from bt_mission.recording.happenings import (
     TREE,

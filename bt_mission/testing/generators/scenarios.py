@@ -8,10 +8,10 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.draws import Draws
-from bt_mission.core.yaml.document import read_text
-from bt_mission.faults import PlannedFault
-from bt_mission.faults.drawing import drawn_faults
+from bt_mission.base.draws import Draws
+from bt_mission.base.yaml.document import read_text
+from bt_mission.scenarios.faults import PlannedFault
+from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.worlds import drawn_world
 from bt_mission.testing.run import Run

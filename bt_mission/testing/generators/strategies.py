@@ -19,8 +19,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from bt_mission.faults import PlannedFault
-from bt_mission.faults.drawing import drawn_faults
+from bt_mission.scenarios.faults import PlannedFault
+from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text, drawn_scenario
 from bt_mission.testing.generators.worlds import drawn_world

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.core.text import escape_lines
+from bt_mission.base.text import escape_lines
 from bt_mission.language.nodes.base import Family
 from bt_mission.views.drawing.nodes import DrawnNode
 from bt_mission.views.drawing.scene import COLOURS

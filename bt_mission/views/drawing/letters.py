@@ -9,7 +9,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 
-from bt_mission.core.text import escape_control
+from bt_mission.base.text import escape_control
 
 FIRST = 32
 # fmt: off

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from bt_mission.core.text import can_encode, escape_control
+from bt_mission.base.text import can_encode, escape_control
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import Family, NodeModel, Sign

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from bt_mission.core.text import escape_control
-from bt_mission.core.verdicts import FAILING
-from bt_mission.events.messages import Map
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.text import escape_control
+from bt_mission.base.verdicts import FAILING
+from bt_mission.executive.events.messages import Map
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import Timeline
 from bt_mission.views.drawing.png import font

@@ -8,7 +8,7 @@ from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.views.drawing.letters import width_px
 from bt_mission.views.drawing.scene import PAPER, Polyline, Rectangle, Scene, Shape, Words
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.core.text import escape_markup
+from bt_mission.base.text import escape_markup
 from bt_mission.views.drawing.letters import width_px
 from bt_mission.views.drawing.scene import FONT, PAPER, Polyline, Rectangle, Scene, Shape, Words
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.geometry import Pose2D, composed
-from bt_mission.events.messages import Map
-from bt_mission.events.robot_state import RobotState
+from bt_mission.base.geometry import Pose2D, composed
+from bt_mission.executive.events.messages import Map
+from bt_mission.executive.events.robot_state import RobotState
 from bt_mission.views.terminal.marks import PLACES, Marks, Span, clean
 
 OCCUPIED = 50

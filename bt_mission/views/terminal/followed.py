@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bt_mission.events.events import (
+from bt_mission.executive.events.events import (
     Event,
     NodeChanged,
     RequirementChanged,
     RunStarted,
     TreeRevised,
 )
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.messages import Batch
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.messages import Batch
 from bt_mission.views.terminal.lines import RequirementLines, log_line, whole_tree
 from bt_mission.views.terminal.marks import Marks
 

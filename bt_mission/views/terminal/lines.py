@@ -9,11 +9,11 @@ from typing import TextIO
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control, seconds
-from bt_mission.events.events import NodeChanged, RequirementChanged, RunStarted
-from bt_mission.events.log import LOG_KIND, LogEntry, glyphs_for, mission_state, verdict
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import escape_control, seconds
+from bt_mission.executive.events.events import NodeChanged, RequirementChanged, RunStarted
+from bt_mission.executive.events.log import LOG_KIND, LogEntry, glyphs_for, mission_state, verdict
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import MissionStatus

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control, seconds
-from bt_mission.events.log import ASCII, UNICODE, glyphs_for
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import escape_control, seconds
+from bt_mission.executive.events.log import ASCII, UNICODE, glyphs_for
 
 PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
 """Signs of waypoints on the map, in order."""

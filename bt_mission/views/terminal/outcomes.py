@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator
 
 from py_trees.common import Status
 
-from bt_mission.core.text import escape_control
-from bt_mission.coverage.places import CoveragePlace
-from bt_mission.events.log import glyphs_for
+from bt_mission.base.text import escape_control
+from bt_mission.executive.events.log import glyphs_for
 from bt_mission.language.nodes.registry import KINDS
+from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.views.drawing.nodes import can_show
 
 WIDTH = 100

@@ -9,13 +9,13 @@ from textwrap import wrap
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import seconds
-from bt_mission.core.verdicts import FAILING, UNTESTED, VERDICTS
-from bt_mission.events.events import FINAL, OPEN, RequirementChanged
-from bt_mission.events.log import LogEntry
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.robot_state import RobotState
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import seconds
+from bt_mission.base.verdicts import FAILING, UNTESTED, VERDICTS
+from bt_mission.executive.events.events import FINAL, OPEN, RequirementChanged
+from bt_mission.executive.events.log import LogEntry
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.robot_state import RobotState
 from bt_mission.views.terminal.marks import Marks, Span, clean, stopwatch
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 
-from bt_mission.events.events import Event, FaultChanged, LogLine
-from bt_mission.events.log import speech_of
+from bt_mission.executive.events.events import Event, FaultChanged, LogLine
+from bt_mission.executive.events.log import speech_of
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.view import View
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 from py_trees.common import Status
 
-from bt_mission.events.events import NodeInfo
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events.events import NodeInfo
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.views.terminal.marks import Marks, Span, bar, stopwatch
 
 

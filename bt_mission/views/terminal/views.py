@@ -14,15 +14,15 @@ from rich.console import Console, ConsoleDimensions, Group
 from rich.live import Live
 from rich.text import Text
 
-from bt_mission.behaviours.leaves import LeafProgress, progress_of
-from bt_mission.core.clock_watch import told_by
-from bt_mission.core.stamps import NS
-from bt_mission.core.terminal.console import EscapingConsole, coloured
-from bt_mission.core.text import escape_control, lines_of, seconds
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import Event, NodeChanged
-from bt_mission.events.log import STYLES, speech_of
-from bt_mission.events.mission_state import NodeEnd
+from bt_mission.base.clock_watch import told_by
+from bt_mission.base.stamps import NS
+from bt_mission.base.terminal.console import EscapingConsole, coloured
+from bt_mission.base.text import escape_control, lines_of, seconds
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.behaviours.leaves import LeafProgress, progress_of
+from bt_mission.executive.events.events import Event, NodeChanged
+from bt_mission.executive.events.log import STYLES, speech_of
+from bt_mission.executive.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
 from bt_mission.sessions.session import Run, Session
 from bt_mission.sessions.view import View

@@ -7,15 +7,15 @@ from typing import ClassVar
 from textual import events
 from textual.binding import Binding, BindingType
 
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.source import (
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.events.source import (
     Attachment,
     ControlRequest,
     ExecutiveSource,
     Graph,
     Verb,
 )
-from bt_mission.events.watched_mission import possible_verbs
+from bt_mission.executive.events.watched_mission import possible_verbs
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Chooser
 from bt_mission.views.tui.keys import KEYS

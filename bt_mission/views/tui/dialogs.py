@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen
 
-from bt_mission.events.source import ListedExecutive
+from bt_mission.executive.events.source import ListedExecutive
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.pane import Pane

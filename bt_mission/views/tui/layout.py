@@ -10,8 +10,8 @@ from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Input
 
-from bt_mission.core.text import lines_of
-from bt_mission.events.watched_mission import targets
+from bt_mission.base.text import lines_of
+from bt_mission.executive.events.watched_mission import targets
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.terminal.panels import (

@@ -15,7 +15,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from bt_mission.events.log import STYLES as STATUS_LOOKS
+from bt_mission.executive.events.log import STYLES as STATUS_LOOKS
 from bt_mission.views.terminal.marks import Marks, Span, fit
 
 STYLES: Mapping[str, Style] = {

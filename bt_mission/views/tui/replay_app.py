@@ -11,8 +11,8 @@ from typing import Any, ClassVar, TypeAlias
 
 from textual.binding import Binding, BindingType
 
-from bt_mission.core.text import seconds
-from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.base.text import seconds
+from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal.marks import Marks, Span, bar

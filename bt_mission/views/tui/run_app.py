@@ -11,10 +11,10 @@ from textual import events
 from textual.driver import Driver
 from textual.message import Message
 
-from bt_mission.core.clock_watch import ClockWatch, told_by
-from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.core.text import escape_control
-from bt_mission.events.source import ControlRequest, Graph
+from bt_mission.base.clock_watch import ClockWatch, told_by
+from bt_mission.base.interrupts import InterruptSignals
+from bt_mission.base.text import escape_control
+from bt_mission.executive.events.source import ControlRequest, Graph
 from bt_mission.sessions.drive import R, StepDriver, Steps
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp

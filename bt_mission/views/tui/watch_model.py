@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bt_mission.events.events import Event, RunStarted
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, Received
-from bt_mission.events.watched_mission import WatchedMission
+from bt_mission.executive.events.events import Event, RunStarted
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.source import ControlRequest, Received
+from bt_mission.executive.events.watched_mission import WatchedMission
 from bt_mission.views.terminal.tree_rows import Outline, scrolled_to
 
 

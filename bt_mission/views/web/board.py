@@ -7,9 +7,9 @@ from typing import Any, Generic, TypeVar
 
 from py_trees.common import Status
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control
-from bt_mission.events.events import (
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import escape_control
+from bt_mission.executive.events.events import (
     ENDED,
     Event,
     GoalChanged,
@@ -19,10 +19,10 @@ from bt_mission.events.events import (
     RunStarted,
     StateChanged,
 )
-from bt_mission.events.log import LogEntry
-from bt_mission.events.messages import Map
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.watched_mission import targets
+from bt_mission.executive.events.log import LogEntry
+from bt_mission.executive.events.messages import Map
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.watched_mission import targets
 from bt_mission.views.web import encoding
 
 SERIES_VALUES = 2_000

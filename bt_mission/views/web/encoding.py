@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from py_trees.common import Status
 
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control
-from bt_mission.events.events import GoalChanged, RequirementChanged, RunStarted
-from bt_mission.events.log import LogEntry
-from bt_mission.events.messages import Map
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.robot_state import RobotState
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import escape_control
+from bt_mission.executive.events.events import GoalChanged, RequirementChanged, RunStarted
+from bt_mission.executive.events.log import LogEntry
+from bt_mission.executive.events.messages import Map
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.robot_state import RobotState
 
 STATUS_CODES = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
 

@@ -6,19 +6,19 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events import messages
-from bt_mission.events.events import Event
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import Attachment, ControlRequest, Graph, Verb
-from bt_mission.events.watched_mission import WatchedMission, possible_verbs
+from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.events import messages
+from bt_mission.executive.events.events import Event
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.source import Attachment, ControlRequest, Graph, Verb
+from bt_mission.executive.events.watched_mission import WatchedMission, possible_verbs
 from bt_mission.views.web.board import Board, put_state, touched_by
 from bt_mission.views.web.encoding import ROBOT_PARTS
 from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.pictures import jpeg_of
 
 if TYPE_CHECKING:
-    from bt_mission.faults.live import LiveFaults
+    from bt_mission.scenarios.faults.live import LiveFaults
 
 CHECK_S = 1.0
 """Wall time between two searches for executives, once one is attached."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 
 LONGEST = 1_000
 """Characters of a message."""

@@ -7,7 +7,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from bt_mission.events.messages import CameraImage
+from bt_mission.executive.events.messages import CameraImage
 
 CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
 """Encodings that are shown, with the bytes of a pixel."""

@@ -12,8 +12,8 @@ from geometry_msgs.msg import Twist, TwistStamped
 from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandAge
 from action_servers.arbiter.node import ArbiterNode, ArbiterOptions
 from action_servers.core.maneuver import ZERO
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.stamps import set_ns, to_ns
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import set_ns, to_ns
 from tests.support.rig import Rig
 
 STOP, JOY, MISSION = (source.topic for source in SOURCES)

@@ -12,7 +12,7 @@ from PIL import Image as Picture
 from action_servers.camera.camera_sweep import CameraSweep, ImageFolder
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, Image
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 
 
 class FakeCamera:

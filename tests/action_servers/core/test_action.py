@@ -35,10 +35,10 @@ from action_servers.core.tuning import (
     Tuning,
 )
 from action_servers.server.actions import action
-from bt_mission.core.actions import declared
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.parameters import specs
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.actions import declared
+from bt_mission.base.geometry import Pose2D
+from bt_mission.base.parameters import specs
+from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import in_the_open
 from tests.support.served import SERVED, goal
 

@@ -22,8 +22,8 @@ from action_servers.core.clearance import (
 from action_servers.core.footprint import footprint, free_angle, free_distance
 from action_servers.core.maneuver import Scan
 from action_servers.core.margins import HULL_M
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.base.geometry import Pose2D
+from bt_mission.robots.model import RobotModel, load_robot
 
 WAFFLE = load_robot("waffle")
 BODY = footprint(WAFFLE)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from action_servers.core.drive_limits import DriveLimits, Ramp, limits, speed_to_stop_in
 from action_servers.core.maneuver import ZERO
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 
 LIMITS = DriveLimits(linear=0.26, angular=1.0, acceleration=1.0, angular_acceleration=4.0)
 

@@ -14,8 +14,8 @@ from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.move import Move
 from action_servers.driving.straight import Straight
 from action_servers.driving.turn import Turn
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 from sim.world.motion import Circling, Course, Drifting
 from tests.support.fake_robot import Wall
 from tests.support.moving_robot import Mover, MovingWorld

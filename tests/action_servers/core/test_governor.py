@@ -11,8 +11,8 @@ import pytest
 
 from action_servers.core.governor import Allowed, Governor
 from action_servers.core.maneuver import ZERO, Hazard, Observation, Reason
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import in_the_open
 from tests.support.thorough import sample
 

@@ -11,8 +11,8 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.governor import Governor
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Maneuver, Observation, Reason
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import in_the_open
 
 FORWARD = Twist2D(0.2, 0.1)

@@ -13,8 +13,8 @@ from action_servers.core.maneuver import ZERO, Reason, Scan
 from action_servers.core.merged_scan import ScanMerger
 from action_servers.driving.straight import Straight, misfit, plan_drive_on_heading
 from action_servers.driving.turn import Turn
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import FakeRobot, Wall, in_the_open
 
 CAR, SLIDER = load_robot("f1tenth"), load_robot("rosbot")

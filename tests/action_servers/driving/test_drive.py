@@ -13,7 +13,7 @@ from action_servers.core.maneuver import ZERO, Finished, Held, Observation, Reas
 from action_servers.driving.drive import Drive
 from action_servers.driving.move import Move, plan
 from action_servers.driving.record_distance import RecordDistance
-from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.base.geometry import Pose2D, Twist2D
 
 FORWARD = Twist2D(0.2, 0.0)
 

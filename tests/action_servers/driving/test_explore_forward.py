@@ -13,8 +13,8 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.explore_forward import ExploreForward, limits
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import RobotModel
 from tests.support.thorough import sample
 
 

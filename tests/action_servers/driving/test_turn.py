@@ -12,7 +12,7 @@ import pytest
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, Finished
 from action_servers.driving.turn import Spin, Turn, plan, plan_spin
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 from tests.support.thorough import sample
 
 ANGLES = [1, -2, 5, 90, -90, 179, 180, -180, 181, 360, -720, 1000]

@@ -14,7 +14,7 @@ from action_servers.core.maneuver import ZERO, Finished, JointReadings, Observat
 from action_servers.core.tuning import TUNING
 from action_servers.joints import gripper, trajectory
 from action_servers.joints.trajectory import Code
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from bt_mission.ros.interface_types import fill
 
 ROBOT = load_robot("waffle_arm")

@@ -3,7 +3,7 @@ import pytest
 
 from action_servers.core.maneuver import Grid
 from action_servers.mapping.coverage import VisitedArea
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 
 def grid_of(cells, x=0.0, y=0.0):

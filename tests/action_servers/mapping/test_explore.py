@@ -14,8 +14,8 @@ from action_servers.core.tuning import FRONTIERS
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
 from action_servers.mapping.occupancy import OccupancyMapper
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Pose2D
+from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import FakeRobot
 
 WAFFLE = load_robot("waffle")

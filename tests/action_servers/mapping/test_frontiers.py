@@ -8,7 +8,7 @@ from action_servers.core.maneuver import Grid
 from action_servers.mapping.frontiers import choose, edge_cells, frontiers
 from action_servers.navigation.path import cost_model
 from action_servers.navigation.planner import road_map
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 CELLS = 4
 EDGE_M = 0.2

@@ -23,7 +23,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from action_servers.mapping.node import MOST_SAVES, MapperNode, MapperOptions
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.sensors.lidar import LidarSensor

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from action_servers.core.maneuver import Scan
 from action_servers.mapping.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMapper
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Pose2D
+from bt_mission.robots.model import load_robot
 
 LIDAR = load_robot("waffle").lidar
 AT_ORIGIN = Pose2D(-LIDAR.x, -LIDAR.y, 0.0)

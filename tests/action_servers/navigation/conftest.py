@@ -15,8 +15,8 @@ import numpy.typing as npt
 import pytest
 
 from action_servers.core.maneuver import Finished, Grid, Maneuver, Observation, Scan
-from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.robots.model import RobotModel, load_robot
 from tests.support.fake_robot import FakeRobot
 
 CHARACTER_M = 0.2

@@ -15,7 +15,7 @@ from action_servers.navigation.actions import (
     plan_navigate_to_pose,
 )
 from action_servers.robot_io.messages import fill
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 from tests.support.fake_robot import in_the_open
 from tests.support.robot_node import pose
 

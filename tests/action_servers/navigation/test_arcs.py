@@ -27,8 +27,8 @@ from action_servers.navigation.path import cost_model
 from action_servers.navigation.planner import road_map
 from action_servers.navigation.reeds_shepp import Pieces, curves
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Pose2D
+from bt_mission.robots.model import load_robot
 
 CAR = load_robot("f1tenth")
 SHARPEST = CAR.drive.max_curvature

@@ -7,7 +7,7 @@ from action_servers.core.drive_limits import limits
 from action_servers.core.footprint import footprint
 from action_servers.navigation.escape import Escape, WayOut, way_out
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 ROOM = """
     ###########

@@ -8,7 +8,7 @@ from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.path import Path, cost_model, path_through, smooth
-from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.base.geometry import Pose2D, Twist2D
 
 STRAIGHT = path_through(np.column_stack((np.linspace(0.6, 3.0, 49), np.full(49, 1.1))))
 

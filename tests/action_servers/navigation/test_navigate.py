@@ -9,7 +9,7 @@ import pytest
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished
 from action_servers.core.tuning import NAVIGATION
 from action_servers.navigation.navigate import NavigateToPose
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 ROOM = """
     ################

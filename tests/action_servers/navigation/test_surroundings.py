@@ -12,7 +12,7 @@ from action_servers.core.tuning import NAVIGATION
 from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.senses import PoseHistory
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 ROOM = """
     ###############

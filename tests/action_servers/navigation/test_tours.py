@@ -13,7 +13,7 @@ from action_servers.core.tuning import NavigationTuning
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.through_poses import NavigateThroughPoses
 from action_servers.navigation.waypoints import FollowWaypoints
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 from tests.support.thorough import sample
 
 ROOM = """

@@ -20,8 +20,8 @@ from sensor_msgs.msg import LaserScan
 from action_servers.core.error_codes import ErrorCode
 from action_servers.robot_io.command_types import COMMAND_TYPES, PLAIN, STAMPED, Listeners
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.dds.liveliness import RECORDER
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.dds.liveliness import RECORDER
+from bt_mission.robots.model import load_robot
 from tests.support.rig import Rig
 from tests.support.robot_node import BEST_EFFORT, PERIOD_NS, START_NS
 

@@ -11,7 +11,7 @@ from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import Refusal
 from action_servers.robot_io.frames import Frames
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
 
 
 def message(*links: tuple[str, str, float, float, float], roll: float = 0.0) -> bytes:

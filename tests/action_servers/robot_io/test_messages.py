@@ -31,8 +31,8 @@ from action_servers.robot_io.messages import (
     speed_limit_of,
     stamp_of,
 )
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.geometry import Twist2D
+from bt_mission.robots.model import load_robot
 
 NOW = Time(sec=12, nanosec=350_000_000)
 

@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 
 from action_servers.core.maneuver import ZERO
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from tests.support.bench import Bench
 from tests.support.fake_robot import FakeRobot
 

@@ -17,8 +17,8 @@ from action_servers.core.maneuver import Refusal
 from action_servers.robot_io.messages import image_of, scan_of
 from action_servers.robot_io.sensors import LARGEST_STATE, Latest
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.cdr.decoder import decoder_of
-from bt_mission.core.geometry import Pose2D
+from bt_mission.base.geometry import Pose2D
+from bt_mission.cdr.decoder import decoder_of
 
 
 def transform(parent: str, child: str, x: float) -> TransformStamped:

@@ -8,7 +8,7 @@ from rclpy.parameter import Parameter
 
 from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.parameters import specs
+from bt_mission.base.parameters import specs
 
 TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
 

@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 
 from action_servers.core.maneuver import ZERO, Finished, Observation
 from action_servers.robot_io.adapter import SHOWN_CHARACTERS, Before, HookedManeuver, shown
-from bt_mission.core.geometry import Twist2D
+from bt_mission.base.geometry import Twist2D
 from sim.world.motion import Drifting
 from tests.support.moving_robot import Mover
 from tests.support.served import goal

@@ -14,9 +14,9 @@ from action_servers.core.action import Action
 from action_servers.core.limits import faults
 from action_servers.core.tuning import TUNING
 from action_servers.server.actions import action
-from bt_mission.core.actions import ActionName, declared
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.actions import ActionName, declared
 from bt_mission.language.message_types import field_at, value_type
+from bt_mission.robots.model import load_robot
 from bt_mission.ros.interface_types import action_type, fill, shapes
 
 WITH_ARM = load_robot("waffle_arm")
@@ -88,8 +88,8 @@ from pathlib import Path
 import rclpy
 from rclpy.context import Context
 from action_servers.server.node import ServerOptions, ServersNode
-from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.dds.discovery import isolate
+from bt_mission.robots.model import load_robot
 
 isolate(visible=False)
 context = Context()

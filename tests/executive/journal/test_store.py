@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.journal.store import Journal, JournalState
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load

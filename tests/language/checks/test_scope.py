@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
+from bt_mission.base.diagnostics import InputError
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
 

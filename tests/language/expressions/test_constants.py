@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.yaml.document import read_text
 from bt_mission.sessions.check import examine
 
 HEAD = """\

@@ -10,12 +10,12 @@ from typing import Any, ClassVar, cast
 import pytest
 from pydantic import Field
 
-from bt_mission.behaviours import leaves
-from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
-from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.runtime import Scope
+from bt_mission.base.diagnostics import InputError
 from bt_mission.cli.main import main
-from bt_mission.core.diagnostics import InputError
+from bt_mission.executive.behaviours import leaves
+from bt_mission.executive.behaviours.builder import BEHAVIOURS, build_tree
+from bt_mission.executive.behaviours.hooks import Hooked
+from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import SHORT_NODES
 from bt_mission.language.nodes.base import Family, NodeModel, Sign
@@ -26,8 +26,8 @@ from tests.support.project import LANGUAGE_PAGES, ROOT
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus" / "every_kind.yaml"
 
-BEHAVIOUR = "a behaviour in bt_mission.behaviours.builder.BEHAVIOURS"
-XML = "a row in bt_mission.btcpp.table"
+BEHAVIOUR = "a behaviour in bt_mission.executive.behaviours.builder.BEHAVIOURS"
+XML = "a row in bt_mission.commands.convert.table"
 EXAMPLE = "a mission with it in tests/fuzz/corpus/every_kind.yaml"
 PARAGRAPH = "a paragraph with an example in docs/reference/nodes.md"
 

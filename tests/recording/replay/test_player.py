@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from py_trees.common import Status
 
-from bt_mission.events import messages
-from bt_mission.events.events import NodeChanged
-from bt_mission.events.log import LogEntry
-from bt_mission.events.messages import ROBOT
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events import messages
+from bt_mission.executive.events.events import NodeChanged
+from bt_mission.executive.events.log import LogEntry
+from bt_mission.executive.events.messages import ROBOT
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import Channel
 from bt_mission.recording.replay import player as module

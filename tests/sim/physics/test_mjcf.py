@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.file_index import files_of
-from bt_mission.core.files import find
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.file_index import files_of
+from bt_mission.base.files import find
+from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.sessions.file_checks import check_robot
 from sim.physics.names import MODEL_PREFIX, STEP_NS
 from sim.physics.spawn import RobotSpawn

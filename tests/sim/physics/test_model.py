@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.drives import DifferentialDrive
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.drives import DifferentialDrive
+from bt_mission.robots.model import load_robot
 from sim.physics import physics
 from sim.physics.names import (
     BASE,

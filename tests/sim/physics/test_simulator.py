@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.errors import BtMissionError
+from bt_mission.robots.model import load_robot
 from sim.faults import FaultError
 from sim.physics.prop_shapes import PropError
 from sim.physics.spawn import RobotSpawn

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.loader import load_world

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.robots.model import RobotModel, load_robot
 from sim.frames import BASE_FOOTPRINT
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn

@@ -22,8 +22,8 @@ from sensor_msgs.msg import LaserScan
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.errors import BtMissionError
+from bt_mission.robots.model import load_robot
 from sim.physics.spawn import RobotSpawn
 from sim.ros.live import FASTEST, CommandWatch, main
 from sim.ros.node import SimOptions
@@ -31,7 +31,7 @@ from tests.support.thorough import sample
 
 PROGRAM = """
 import sys
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.physics.spawn import RobotSpawn, read
 from sim.ros.live import main
 from sim.ros.node import SimOptions

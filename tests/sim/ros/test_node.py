@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from action_servers.robot_io.messages import pose_of, transform_of
-from bt_mission.core.geometry import composed
+from bt_mission.base.geometry import composed
 from sim.physics.spawn import RobotSpawn
 from sim.robot.localization import Localization, LocalizationError
 from sim.ros.node import SimNode, SimOptions

@@ -7,7 +7,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.ros.sensor_topics import empty_message
 from sim.sensors.camera import CameraInfoSensor
 from sim.sensors.imu import Imu

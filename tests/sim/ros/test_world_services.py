@@ -8,7 +8,7 @@ from builtin_interfaces.msg import Time
 from simulation_interfaces.msg import Bounds, TagsFilter
 from visualization_msgs.msg import Marker
 
-from bt_mission.core.files import find, names
+from bt_mission.base.files import find, names
 from sim.ros.requests import Code
 from sim.ros.world_messages import zone_markers
 from sim.world.loader import load_world

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import SensorsModel
+from bt_mission.robots.model import SensorsModel
 from sim.sensors import canvas
 from sim.sensors.camera import Camera, RaycastCamera
 from sim.sensors.canvas import NoCameraError

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import RobotModel, SensorsModel
+from bt_mission.robots.model import RobotModel, SensorsModel
 from sim.sensors.imu import Imu
 from sim.sensors.noise import Noise
 from tests.support.simulated import alone, wait

@@ -8,9 +8,9 @@ import pytest
 from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.robot.model import load_robot
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.yaml.document import read_text
+from bt_mission.robots.model import load_robot
 from sim.ros.sensor_topics import empty_message
 from tests.support.simulated import alone
 

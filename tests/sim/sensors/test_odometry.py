@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_mission.core.robot.model import BatteryModel as Spec
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import BatteryModel as Spec
+from bt_mission.robots.model import load_robot
 from sim.sensors.battery import Battery
 from sim.sensors.odometry import Encoders, Odometry, wrapped
 

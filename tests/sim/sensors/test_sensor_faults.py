@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from std_srvs.srv import Trigger
 
-from bt_mission.core.robot.model import SensorsModel
+from bt_mission.robots.model import SensorsModel
 from sim.faults import FaultError, RobotFaultState, WheelFaults
 from sim.robot.robot import PARTS, SimulatedRobot
 from sim.sensors.camera import CameraFaults, PictureDistortion

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.robots.model import load_robot
 from sim.robot.robot import SimulatedRobot
 from sim.sensors.canvas import NoCameraError
 from sim.views.views import WorldViews

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.diagnostics import InputError
+from bt_mission.robots.model import load_robot
 from sim.world.colours import rgba
 from sim.world.loader import load_world, problems, unseen
 from sim.world.world import World

@@ -25,7 +25,7 @@ CORPUS = ROOT / "tests/fuzz/corpus"
 COMPANIONS = CORPUS / "beside"
 FOLDERS = (CORPUS, ROOT / "missions", ROOT / "missions/sources", ROOT / "tests/language/broken")
 
-GROOT = ROOT / "tests/btcpp/everything.xml"
+GROOT = ROOT / "tests/commands/convert/everything.xml"
 
 LARGE_SHARE = 1 / 1000
 XML_SHARE = 1 / 10

@@ -21,18 +21,18 @@ from rclpy.serialization import serialize_message
 
 from action_servers.core.tuning import NAVIGATION, TUNING
 from action_servers.server.parameters import declare_server_parameters, limited
-from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import Scope
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.executive.behaviours.builder import build_tree
+from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.trace import Trace
-from bt_mission.executors.process import RobotNode, RobotNodeOptions
 from bt_mission.language.mission import Mission
 from bt_mission.language.revision import Revision
+from bt_mission.robots.model import load_robot
 from bt_mission.ros.control_services import MOST_BREAKPOINTS, ControlServices
+from bt_mission.ros.executors.process import RobotNode, RobotNodeOptions
 from bt_mission.sessions.served_missions import ServedMissions
 from tests.support.fuzz.finding import Case, Verdict
 from tests.support.fuzz.goals import missions

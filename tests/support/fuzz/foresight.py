@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from random import Random
 from typing import Any
 
-from bt_mission.behaviours.runtime import Scope
+from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.language.checks.scope import Variables, walk
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.expressions.syntax import EvaluationScope as Known

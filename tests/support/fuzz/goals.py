@@ -16,12 +16,12 @@ from typing import Any
 from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import MissionFailure, Scope
+from bt_mission.executive.behaviours.builder import build_tree
+from bt_mission.executive.behaviours.runtime import MissionFailure, Scope
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.goals.goal import Goal, Phase
+from bt_mission.executive.goals.goal import GoalStatus as Final
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.goal import Goal, Phase
-from bt_mission.goals.goal import GoalStatus as Final
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
 from tests.support.fuzz.finding import Case, Finding, Verdict, crash

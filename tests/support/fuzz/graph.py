@@ -8,9 +8,9 @@ from functools import cache
 from random import Random
 from typing import Any
 
-from bt_mission.behaviours.runtime import Scope
-from bt_mission.goals.goal import Event, Goal
-from bt_mission.goals.ledger import Ledger
+from bt_mission.executive.behaviours.runtime import Scope
+from bt_mission.executive.goals.goal import Event, Goal
+from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.language.message_types import ListOf, MessageShape, Scalar, Shape
 from bt_mission.ros import interface_types
 

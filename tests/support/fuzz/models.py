@@ -15,9 +15,9 @@ from xml.etree import ElementTree as ET
 
 import mujoco
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import find
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.files import find
+from bt_mission.robots.model import load_robot
 from bt_mission.sessions.file_checks import check_robot
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn

@@ -16,9 +16,9 @@ from pathlib import Path
 from mcap import records
 from mcap.stream_reader import StreamReader
 
-from bt_mission.cli import diff, replay, report, verify
-from bt_mission.core.errors import BtMissionError
-from bt_mission.events.watched_mission import targets
+from bt_mission.base.errors import BtMissionError
+from bt_mission.commands import diff, replay, report, verify
+from bt_mission.executive.events.watched_mission import targets
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal import panels

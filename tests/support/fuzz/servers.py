@@ -28,12 +28,12 @@ from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import action, served
-from bt_mission.core.actions import declared
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import load_robot
-from bt_mission.core.stamps import set_ns
+from bt_mission.base.actions import declared
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import set_ns
 from bt_mission.language.message_types import ListOf, MessageShape, Scalar, Shape
+from bt_mission.robots.model import load_robot
 from bt_mission.ros import interface_types
 from tests.support.fuzz.finding import Case, Verdict
 from tests.support.fuzz.program import ProgramPlay

@@ -8,10 +8,10 @@ from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
 
-from bt_mission.btcpp import document
-from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.core.yaml.document import read_text
+from bt_mission.base.diagnostics import Diagnostic, InputError
+from bt_mission.base.yaml.document import read_text
+from bt_mission.commands.convert import document
+from bt_mission.commands.convert.mission_writer import mission_xml
 from bt_mission.language.loader import read_mission
 from bt_mission.sessions.load import convert, document_of, load, palette
 from tests.support.btcpp_rules import CHILDREN, PORTS

@@ -12,15 +12,15 @@ from random import Random
 from typing import Any
 from zlib import crc32
 
-from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.runtime import MissionFailure, Scope
-from bt_mission.core import files
-from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import load_robot
+from bt_mission.base import files
+from bt_mission.base.diagnostics import Diagnostic, InputError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.executive.behaviours.builder import build_tree
+from bt_mission.executive.behaviours.runtime import MissionFailure, Scope
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
+from bt_mission.robots.model import load_robot
 from bt_mission.sessions.check import examine
 from sim.world.loader import load_world
 from tests.support.fuzz.finding import Finding, Verdict, crash

@@ -8,9 +8,9 @@ from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
 
-from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.yaml.document import read
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.yaml.document import read
+from bt_mission.commands.convert.mission_writer import mission_xml
 from tests.support.fuzz.expressions import expression
 
 _NAMES = ("x", "step", "going", "word", "millis", "turned")

@@ -1,1 +1,1 @@
-"""Random missions, and random runs of them that share no code with `bt_mission.proving`."""
+"""Random missions, and random runs of them that share no code with `bt_mission.commands.prove`."""

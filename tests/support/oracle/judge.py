@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from bt_mission.commands.prove.explorer import Bounds
+from bt_mission.commands.prove.proof import Proof, ProofOptions, prove
 from bt_mission.language.mission import Mission
-from bt_mission.proving.explorer import Bounds
-from bt_mission.proving.proof import Proof, ProofOptions, prove
 from tests.support.oracle.world import World
 
 MOST_STATES = 3000

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from random import Random
 from typing import Any, NamedTuple
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
 from tests.support.oracle.races import race

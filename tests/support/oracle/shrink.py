@@ -6,9 +6,9 @@ import copy
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from bt_mission.core.diagnostics import InputError
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.base.diagnostics import InputError
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.sessions.load import load
 from tests.support.oracle.judge import Defect, try_mission
 

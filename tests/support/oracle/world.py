@@ -17,20 +17,20 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
-from bt_mission.behaviours.builder import build_tree
-from bt_mission.behaviours.cleanup import Finally
-from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
-from bt_mission.behaviours.control import Timeout
-from bt_mission.behaviours.python_leaf import PythonLeaf
-from bt_mission.behaviours.runtime import Scope
-from bt_mission.events.events import NodeChanged
+from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.executive.behaviours.builder import build_tree
+from bt_mission.executive.behaviours.cleanup import Finally
+from bt_mission.executive.behaviours.client_leaves import ServiceLeaf, WaitFor
+from bt_mission.executive.behaviours.control import Timeout
+from bt_mission.executive.behaviours.python_leaf import PythonLeaf
+from bt_mission.executive.behaviours.runtime import Scope
+from bt_mission.executive.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.goals.goal import Event, Goal, GoalStatus
+from bt_mission.executive.goals.ledger import Ledger
+from bt_mission.executive.goals.outcome import Outcome
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.goal import Event, Goal, GoalStatus
-from bt_mission.goals.ledger import Ledger
-from bt_mission.goals.outcome import Outcome
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.interfaces import ServiceNode

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from hypothesis import find, given, settings
 
-from bt_mission.core.draws import SeededDraws
-from bt_mission.faults import FAULTS
-from bt_mission.faults.drawing import drawn_faults
+from bt_mission.base.draws import SeededDraws
+from bt_mission.scenarios.faults import FAULTS
+from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine
 from bt_mission.testing.generators.missions import drawn_mission

@@ -13,8 +13,8 @@ import pydot
 import pytest
 from PIL import Image
 
+from bt_mission.base.errors import BtMissionError
 from bt_mission.cli import main
-from bt_mission.core.errors import BtMissionError
 from bt_mission.sessions.load import load
 from bt_mission.views.drawing.dot import dot
 from bt_mission.views.drawing.letters import width_px, wrapped

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import FrameTransform, Map, Robot, ScanPoints, ZoneDisc, Zones
-from bt_mission.events.robot_state import RobotState
+from bt_mission.executive.events.messages import (
+    FrameTransform,
+    Map,
+    Robot,
+    ScanPoints,
+    ZoneDisc,
+    Zones,
+)
+from bt_mission.executive.events.robot_state import RobotState
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks, text_of
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.events import NodeChanged
-from bt_mission.events.feed import MissionFeed
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events.events import NodeChanged
+from bt_mission.executive.events.feed import MissionFeed
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.views.terminal.followed import FollowedLines
 from bt_mission.views.terminal.lines import (

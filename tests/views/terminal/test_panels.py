@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.events import NotTested, StateChanged
-from bt_mission.events.messages import BatteryState, FrameTransform
-from bt_mission.events.mission_state import MissionState
-from bt_mission.events.robot_state import RobotState
-from bt_mission.events.watched_mission import targets
+from bt_mission.executive.events.events import NotTested, StateChanged
+from bt_mission.executive.events.messages import BatteryState, FrameTransform
+from bt_mission.executive.events.mission_state import MissionState
+from bt_mission.executive.events.robot_state import RobotState
+from bt_mission.executive.events.watched_mission import targets
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, text_of
 from bt_mission.views.terminal.panels import (
     goals_title,

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core import wall_clock
-from bt_mission.core.text import duration
+from bt_mission.base import wall_clock
+from bt_mission.base.text import duration
 from bt_mission.views.terminal import progress as module
 from bt_mission.views.terminal.progress import LINE_S, Progress
 

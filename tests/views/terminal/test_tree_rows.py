@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.log import LogEntry
-from bt_mission.events.mission_state import MissionState
+from bt_mission.executive.events.log import LogEntry
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.views.terminal.lines import log_line, whole_tree
 from bt_mission.views.terminal.marks import (
     ASCII_SIGNS,

@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from bt_mission.events.source import ListedExecutive
+from bt_mission.executive.events.source import ListedExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
 from tests.support.screens import Screen, on_screen, shown

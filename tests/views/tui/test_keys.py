@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.source import ControlRequest, Verb
+from bt_mission.executive.events.source import ControlRequest, Verb
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.keys import KEYS
 from tests.support.screens import Screen, shown

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.core.text import seconds
+from bt_mission.base.text import seconds
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui.keys import REPLAY_KEYS
 from bt_mission.views.tui.replay_app import Suspend

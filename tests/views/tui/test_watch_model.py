@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import FrameTransform
+from bt_mission.executive.events.messages import FrameTransform
 from bt_mission.views.terminal.tree_rows import scrolled_to
 from bt_mission.views.tui.watch_model import WatchModel
 from tests.support.watched import S, ScriptedExecutive, begun

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.source import ControlRequest, Verb
+from bt_mission.executive.events.source import ControlRequest, Verb
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebOptions, WebServer
 from tests.support.browser import IN_BROWSER, Page, browser

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events import messages
-from bt_mission.events.events import GoalChanged, NodeInfo, RunStarted
-from bt_mission.events.mission_state import MOST_GOALS, MissionState
+from bt_mission.executive.events import messages
+from bt_mission.executive.events.events import GoalChanged, NodeInfo, RunStarted
+from bt_mission.executive.events.mission_state import MOST_GOALS, MissionState
 from bt_mission.views.web import board
 from bt_mission.views.web.live import LiveMission, OpenPanels
 from tests.support.watched import ScriptedExecutive, ScriptedGraph, goal_in

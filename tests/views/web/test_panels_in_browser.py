@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_mission.events import messages
+from bt_mission.executive.events import messages
 from bt_mission.views.web.live import LiveMission, OpenPanels
 from bt_mission.views.web.server import WebServer
 from tests.support.browser import IN_BROWSER, Page

@@ -7,7 +7,7 @@ import io
 import pytest
 from PIL import Image
 
-from bt_mission.events.messages import CameraImage
+from bt_mission.executive.events.messages import CameraImage
 from bt_mission.views.web.pictures import jpeg_of
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.text import cut, escape_lines, number, seconds
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.geometry import Pose2D
+from bt_mission.base.text import cut, escape_lines, number, seconds
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.model import RecordedGoal, RecordedRequirement, RecordedRun, Span
 from bt_mission.views.web.encoding import shown
 from bt_mission.views.web.report.figures import (

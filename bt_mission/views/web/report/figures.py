@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.core.stamps import NS
+from bt_mission.base.stamps import NS
 from bt_mission.recording.model import Floats, RecordedRequirement, RecordedRun, Times, Track
 
 STILL_M_S = 0.01

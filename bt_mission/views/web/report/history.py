@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.core.geometry import Pose2D
-from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control
-from bt_mission.events import messages
-from bt_mission.events.events import Event
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.geometry import Pose2D
+from bt_mission.base.stamps import NS
+from bt_mission.base.text import escape_control
+from bt_mission.executive.events import messages
+from bt_mission.executive.events.events import Event
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import UNREADABLE
 from bt_mission.recording.replay.timeline import Frame, Timeline

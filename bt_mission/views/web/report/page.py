@@ -15,9 +15,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bt_mission.core.html.pages import render
-from bt_mission.core.output import write_file
-from bt_mission.events.mission_state import MissionState
+from bt_mission.base.html.pages import render
+from bt_mission.base.output import write_file
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import read_verified_run
 from bt_mission.views.web.encoding import shown

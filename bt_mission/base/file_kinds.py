@@ -1,0 +1,220 @@
+"""The kind of a file, by its name and its beginning, and the command that takes it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+from bt_mission.base.diagnostics import Diagnostic, InputError, quoted
+from bt_mission.base.files import SUFFIXES, is_file, known_kind_of_text, open_file, text_to_look_at
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of file.
+
+    Attributes:
+        noun: What messages call a file of it, with its article.
+        way: What to do with one; ``{}`` stands for its path.
+    """
+
+    noun: str
+    way: str
+
+
+_RUN = "use `bt-mission run {}`"
+_WORLD = "a world has walls and boxes: see `bt-mission docs files#worlds`"
+_MODEL = "see `bt-mission docs arms`"
+FORMATS = {
+    "mission": Format("a mission", _RUN),
+    "scenario": Format("a scenario", _RUN),
+    "fleet": Format("a fleet", _RUN),
+    "tree": Format(
+        "a tree of BehaviorTree.CPP", "use `bt-mission run {}` or `bt-mission convert {}`"
+    ),
+    "world": Format("a world", "use `bt-mission run MISSION --world {}`"),
+    "robot": Format("a robot", "use `bt-mission run MISSION --robot {}`"),
+    "requirements": Format("a file of requirements", "use `bt-mission run MISSION --require {}`"),
+    "ranges": Format(
+        "a file of ranges",
+        "use `bt-mission falsify MISSION --within {}` or `bt-mission sweep MISSION --within {}`",
+    ),
+    "site": Format("the file of a site", "use `bt-mission serve --site {}`"),
+    "parameters": Format("a ROS parameter file", "use `bt-mission servers --params {}`"),
+    "foreign parameters": Format(
+        "a ROS parameter file of other nodes",
+        "the limits of goals are in a robot file: see `bt-mission docs files#robots`",
+    ),
+    "recording": Format("a recording", "use `bt-mission replay {}`"),
+    "foreign recording": Format(
+        "a recording (MCAP) of another program",
+        "use `bt-mission verify {} --require FILE` or `bt-mission reproduce {}`",
+    ),
+    "bag folder": Format(
+        "the folder of a bag", "use `bt-mission report {}` or `bt-mission reproduce {}`"
+    ),
+    "sqlite bag": Format(
+        "a bag in SQLite",
+        "convert it: write 'output_bags: [{uri: converted, storage_id: mcap, all_topics: true, "
+        "all_services: true}]' to out.yaml, run `ros2 bag convert -i {} -o out.yaml`, and use the "
+        "folder 'converted'",
+    ),
+    "bag metadata": Format("the description of a bag", "name its folder"),
+    "trace": Format("a trace", "use `bt-mission replay {}` or `bt-mission diff {} OTHER`"),
+    "journal": Format("a journal", "use `bt-mission run MISSION --attach --journal {} --resume`"),
+    "sweep folder": Format("the folder of a sweep", "use `bt-mission sweep-report {}`"),
+    "sweep results": Format(
+        "the database of a sweep", "name its folder: `bt-mission sweep-report`"
+    ),
+    "map": Format("a map of map_server", _WORLD),
+    "map image": Format("an image", _WORLD),
+    "urdf": Format("a URDF", f"a robot file takes an MJCF model: {_MODEL}"),
+    "sdf": Format("an SDF", _WORLD),
+    "mjcf": Format("a MuJoCo model (MJCF)", f"name it in a robot file: {_MODEL}"),
+    "python": Format(
+        "a Python file",
+        "name its class in a mission, as {}:CLASS: see `bt-mission docs python`",
+    ),
+    "interface": Format("a ROS interface", "a mission names its type: PACKAGE/action/NAME"),
+    "page": Format("an HTML page", "open it in a browser"),
+    "launch file": Format("a launch file", "use `ros2 launch {}`"),
+}
+"""Every kind that is recognized."""
+
+MISSIONS = ("mission", "tree")
+RUNS = (*MISSIONS, "scenario", "fleet")
+"""What `run` takes."""
+PLAIN = ("world", "robot", "requirements", "ranges")
+"""Those of YAML that hold no mission."""
+RECORDINGS = ("recording", "foreign recording")
+PARAMETERS = ("parameters", "foreign parameters")
+
+_MCAP, _GZIP, _ZSTANDARD = b"\x89MCAP0\r\n", b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+_SQLITE = b"SQLite format 3\0"
+_TABLES = {
+    b"CREATE TABLE topics": "sqlite bag",
+    b"CREATE TABLE state": "journal",
+    b"CREATE TABLE scenarios": "sweep results",
+}
+"""Of databases, in their first page."""
+_TRACE = '"trace_version"'
+_IMAGES = (b"P2", b"P5", b"\x89PNG", b"BM", b"\xff\xd8\xff")
+_OURS = b"bt-mission"
+"""Names the writer in the header of a recording."""
+_ROOT = re.compile(r"<(?![?!])\s*([\w:]+)")
+_ROOTS = {"root": "tree", "robot": "urdf", "sdf": "sdf", "mujoco": "mjcf", "launch": "launch file"}
+_BY_SUFFIX = {
+    ".py": "python",
+    ".db3": "sqlite bag",
+    ".pgm": "map image",
+    ".jsonl": "trace",
+    ".html": "page",
+    ".urdf": "urdf",
+    ".xacro": "urdf",
+    ".sdf": "sdf",
+    ".world": "sdf",
+    **dict.fromkeys((".action", ".msg", ".srv"), "interface"),
+}
+_OUR_NODES = re.compile(r"^[ ]*['\"]?(/?\*|[\w/*]*bt_mission)", re.MULTILINE)
+_FOREIGN_YAML = {
+    "map": re.compile(r"^(image|resolution|occupied_thresh)[ ]*:", re.MULTILINE),
+    "bag metadata": re.compile(r"^rosbag2_bagfile_information[ ]*:", re.MULTILINE),
+    "parameters": re.compile(r"^[ ]+ros__parameters[ ]*:", re.MULTILINE),
+    "site": re.compile(r"^(site|approvers)[ ]*:", re.MULTILINE),
+}
+_RARE = ("tree", "foreign recording", "bag folder", "foreign parameters")
+_BEGINNING = 4096
+
+
+def format_of(path: Path) -> str | None:
+    """Return what a file or folder is, as a key of `FORMATS`; None where it is not recognized."""
+    if path.is_dir():
+        return _folder(path)
+    if not is_file(path):
+        return None
+    try:
+        with open_file(path) as stream:
+            beginning = stream.read(_BEGINNING)
+    except OSError:
+        return None
+    return _by_content(path, beginning) or _by_name(path)
+
+
+def _folder(path: Path) -> str | None:
+    if (path / "metadata.yaml").is_file():
+        return "bag folder"
+    return "sweep folder" if (path / "results.sqlite").is_file() else None
+
+
+def _by_content(path: Path, beginning: bytes) -> str | None:
+    if beginning.startswith(_MCAP):
+        return "recording" if _OURS in beginning[:200] else "foreign recording"
+    if beginning.startswith((_GZIP, _ZSTANDARD)) and ".mcap" in path.suffixes:
+        return "foreign recording"
+    if beginning.startswith(_SQLITE):
+        return next((name for mark, name in _TABLES.items() if mark in beginning), None)
+    if beginning.startswith(_IMAGES) and path.suffix not in SUFFIXES:
+        return "map image"
+    text = beginning.decode(errors="replace").lstrip("\ufeff \t\r\n")
+    if text.startswith("<"):
+        root = next(iter(_ROOT.findall(text)), "")
+        return "page" if text[:9].lower() == "<!doctype" else _ROOTS.get(root)
+    if path.suffix in SUFFIXES:
+        return _yaml(text_to_look_at(path))
+    return "trace" if text.startswith("{") and _TRACE in text.partition("\n")[0] else None
+
+
+def _yaml(text: str) -> str | None:
+    known = known_kind_of_text(text)
+    if known in (*RUNS, "world", "robot"):
+        return known
+    kind = next((name for name, key in _FOREIGN_YAML.items() if key.search(text)), known)
+    is_foreign = kind == "parameters" and not _OUR_NODES.search(text)
+    return "foreign parameters" if is_foreign else kind
+
+
+def _by_name(path: Path) -> str | None:
+    if path.name.endswith((".launch.py", ".launch.xml")):
+        return "launch file"
+    return _BY_SUFFIX.get(path.suffix.lower())
+
+
+def refuse_other_formats(path: Path, wanted: Collection[str]) -> None:
+    """Refuse a file that is recognized as another kind than those that are wanted.
+
+    Raises:
+        InputError: With what it is, and the command that takes it.
+    """
+    kind = format_of(path)
+    if kind is None or kind in wanted:
+        return
+    known = FORMATS[kind]
+    way = known.way.replace("{}", str(path))
+    message = f"is {known.noun}; expected {expected(wanted)}; {way}"
+    raise InputError([Diagnostic("BT-111", message, str(path))])
+
+
+def expected(wanted: Collection[str]) -> str:
+    """Return the kinds that are wanted, as words, without those that are rare."""
+    nouns = [FORMATS[kind].noun for kind in wanted if kind not in _RARE]
+    return " or ".join(filter(None, (", ".join(nouns[:-1]), nouns[-1])))
+
+
+def recording_of(folder: Path) -> Path:
+    """Return the MCAP file of a bag's folder.
+
+    Raises:
+        InputError: It has none, or several.
+    """
+    files = sorted(path for path in folder.iterdir() if ".mcap" in path.suffixes and path.is_file())
+    if len(files) == 1:
+        return files[0]
+    if files:
+        names = ", ".join(path.name for path in files)
+        message = f"the bag has {len(files)} recordings ({names}); name one of them"
+        raise InputError([Diagnostic("BT-111", message, str(folder))])
+    way = FORMATS["sqlite bag"].way.replace("{}", str(folder))
+    message = f"the bag has no MCAP file; {way}"
+    raise InputError([Diagnostic("BT-111", message, quoted(str(folder)))])

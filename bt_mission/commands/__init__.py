@@ -1,0 +1,1 @@
+"""The commands of the command line: each has its folder or file."""

@@ -1,0 +1,424 @@
+"""``bt-mission check`` and ``schema``: mistakes in files, before anything moves."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.file_kinds import MISSIONS, PLAIN, RUNS, format_of, refuse_other_formats
+from bt_mission.base.files import docs_folder, is_scenario, kind_of
+from bt_mission.base.text import counted
+from bt_mission.cli.exits import BAD_INPUT, SUCCESS
+from bt_mission.cli.options import (
+    JSON,
+    MISSION,
+    NETWORK,
+    NO_PYTHON,
+    OVERRIDES,
+    REQUIRE,
+    mission_file,
+    prepare_graph,
+)
+from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
+    from bt_mission.language.permissions import Permissions
+
+
+def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load the mission that the options name and check it; gives it with all warnings.
+
+    Raises:
+        InputError: With every error and warning.
+    """
+    from bt_mission.base.diagnostics import InputError
+    from bt_mission.requirements.checks import with_requirements
+    from bt_mission.robots.model import load_robot
+    from bt_mission.sessions.goal_checks import OUR_SERVERS
+    from sim.world.loader import load_world
+
+    mission, diagnostics = _examine(options, None if goes_to_a_graph(options) else OUR_SERVERS)
+    if mission is None:
+        raise InputError(diagnostics)
+    if mission.world:
+        load_world(mission.world, near=mission.file)
+    load_robot(mission.robot, near=mission.file)
+    return observed(with_requirements(mission, options.require), options), diagnostics
+
+
+def _examine(options: argparse.Namespace, servers: Any) -> tuple[Any, tuple[Any, ...]]:
+    from bt_mission.sessions.check import examine
+
+    return examine(
+        mission_file(options),
+        set=dict(options.set),
+        seed=options.seed,
+        world=options.world,
+        robot=options.robot,
+        servers=servers,
+        permissions=permissions_of(options),
+    )
+
+
+def observed(mission: Mission, options: argparse.Namespace) -> Mission:
+    """Return a mission with the observation after its end that `run` is asked for."""
+    seconds = getattr(options, "observe", None)
+    return mission if seconds is None else replace(mission, observe=seconds)
+
+
+def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a mission or a scenario; gives it with all warnings.
+
+    Raises:
+        InputError: With every error and warning.
+    """
+    path = mission_file(options)
+    if not is_scenario(path):
+        return examined(options)
+    from bt_mission.base.diagnostics import InputError
+    from bt_mission.requirements.checks import with_requirements
+    from bt_mission.scenarios.loader import ScenarioChanges, examine_scenario
+
+    changes = ScenarioChanges(
+        set=dict(options.set),
+        seed=options.seed,
+        world=options.world,
+        robot=options.robot,
+        permissions=permissions_of(options),
+    )
+    scenario, diagnostics = examine_scenario(path, changes)
+    if scenario is None:
+        raise InputError(diagnostics)
+    mission = observed(with_requirements(scenario.mission, options.require), options)
+    return replace(scenario, mission=mission), diagnostics
+
+
+def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a fleet; gives it with all warnings.
+
+    Raises:
+        InputError: With every error and warning.
+        BtMissionError: For options that are about a mission alone.
+    """
+    from bt_mission.base.diagnostics import InputError
+    from bt_mission.scenarios.fleets.loader import FleetChanges, examine_fleet
+
+    changes = FleetChanges(
+        set=dict(options.set),
+        seed=options.seed,
+        world=options.world,
+        observe=getattr(options, "observe", None),
+        require=options.require,
+        permissions=permissions_of(options),
+    )
+    fleet, diagnostics = examine_fleet(mission_file(options), changes)
+    if fleet is None:
+        raise InputError(diagnostics)
+    return fleet, diagnostics
+
+
+def goes_to_a_graph(options: argparse.Namespace) -> bool:
+    """Tell whether the mission's goals are for servers that run already."""
+    given = vars(options)
+    compared = given.get("against") or given.get("graph")
+    return bool(given.get("attach") or (compared and not given["json"]))
+
+
+def permissions_of(options: argparse.Namespace) -> Permissions:
+    """Permissions of a mission; `check` imports Python leaves only with --import-python."""
+    from bt_mission.language.permissions import Permissions
+
+    if options.no_python:
+        return Permissions(python="refuse", hint="--no-python was given")
+    if getattr(options, "import_python", True):
+        return Permissions(constructs="import_python" in options)
+    hint = "--import-python imports it and checks its inputs, --no-python refuses it"
+    return Permissions(python="name", hint=hint)
+
+
+def check_files(options: argparse.Namespace) -> int:
+    """Print every diagnostic of every file, or that it is valid; the exit code is the worst."""
+    each = [argparse.Namespace(**vars(options), file=file) for file in options.files]
+    if options.json:
+        return _check_for_programs(each)
+    codes = [_check_file(of_file) for of_file in each]
+    if len(codes) > 1:
+        kinds = {format_of(mission_file(of_file)) for of_file in each}
+        what = "missions" if kinds <= {*MISSIONS, None} else "files"
+        print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are valid")
+    return max(codes)
+
+
+def _check_file(options: argparse.Namespace) -> int:
+    """Print every diagnostic, or that the file is valid."""
+    from bt_mission.base.diagnostics import InputError
+
+    try:
+        model, warnings = _located(options)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        count = sum(each.severity == "error" for each in error.diagnostics)
+        first = next((each.code for each in error.diagnostics if each.severity == "error"), "")
+        print(f"{counted(count, 'error')}; see 'bt-mission explain {first}'", file=sys.stderr)
+        return BAD_INPUT
+    for warning in warnings:
+        print(warning, file=sys.stderr)
+    kind = kind_of(mission_file(options))
+    print(f"{model.file}: {kind} '{model.name}' is valid ({_summary(kind, model)})")
+    if kind in ("mission", "scenario"):
+        _explain_windows(model if kind == "mission" else model.mission)
+    code = _check_against(model, options) if options.against or options.graph else SUCCESS
+    is_alone = kind == "mission" and len(options.files) == 1
+    if code == SUCCESS and is_alone and sys.stdout.isatty():
+        _point_to_prove(model, options.file)
+    return code
+
+
+def _point_to_prove(mission: Mission, file: str) -> None:
+    """Print the command that explores the answers of servers, for a mission with goals."""
+    from bt_mission.language.nodes.action import GoalNode
+    from bt_mission.language.trees import all_steps
+
+    if any(isinstance(step, GoalNode) for step in all_steps(mission)):
+        print(f"  'bt-mission prove {file}' explores every answer of its servers")
+
+
+def _summary(kind: str, model: Any) -> str:
+    """Return what a valid file holds."""
+    if kind == "mission":
+        return counted(sum(1 for _ in model.tree.walk()), "node")
+    if kind == "fleet":
+        each = (f"{robot.name}: {robot.mission.name}" for robot in model.robots)
+        return f"{counted(len(model.robots), 'robot')}; {', '.join(each)}"
+    if kind == "scenario":
+        requirements = counted(len(model.mission.requirements), "requirement")
+        faults = counted(len(model.faults), "fault")
+        return f"mission '{model.mission.name}', {faults}, {requirements}"
+    return str(model.summary)
+
+
+def _explain_windows(mission: Any) -> None:
+    """Print which requirements decide nothing at first, since they look back further than that."""
+    from bt_mission.requirements.language.formula import full_after
+
+    for requirement in mission.requirements:
+        if full_s := full_after(requirement.root):
+            print(
+                f"  requirement {requirement.name}: its window that looks back is full at "
+                f"{full_s:g} s and decides nothing before; with 'so far' it counts from the start"
+            )
+
+
+def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a file; an error without a place in it is one of the whole file.
+
+    Raises:
+        InputError: With every error.
+    """
+    from bt_mission.base.diagnostics import Diagnostic, InputError
+
+    try:
+        return _checked(options)
+    except InputError:
+        raise
+    except BtMissionError as error:
+        raise InputError([Diagnostic(error.code, str(error), str(options.file))]) from error
+
+
+def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a file; names in a scenario's faults are looked for on its stage."""
+    refuse_other_formats(mission_file(options), (*RUNS, *PLAIN))
+    kind = kind_of(mission_file(options))
+    refuse_for_kind(options, kind)
+    if kind == "ranges":
+        from bt_mission.scenarios.concrete.ranges import check_ranges
+
+        return check_ranges(mission_file(options))
+    if kind in PLAIN:
+        from bt_mission.sessions.file_checks import CHECKS
+
+        return CHECKS[kind](mission_file(options), options.robot, options.world)
+    if kind == "fleet":
+        return examined_fleet(options)
+    examined, diagnostics = examined_file(options)
+    if kind == "scenario":
+        from bt_mission.scenarios.run import look_for_names
+
+        # A stage imports all Python code that the files name.
+        if all(diagnostic.code != "BT-217" for diagnostic in diagnostics):
+            look_for_names(examined)
+        return examined, diagnostics
+    if goes_to_a_graph(options):
+        return examined, diagnostics
+    from bt_mission.base.diagnostics import InputError, in_order
+    from bt_mission.sessions.stage_checks import stage_problems
+
+    diagnostics = in_order([*diagnostics, *stage_problems(examined)])
+    if any(each.severity == "error" for each in diagnostics):
+        raise InputError(diagnostics)
+    return examined, diagnostics
+
+
+def _check_against(mission: Any, options: argparse.Namespace) -> int:
+    """Print what a graph has of what the mission uses."""
+    from bt_mission.ros.graph_check import find_missing, find_missing_in
+
+    if options.graph:
+        findings = find_missing_in(options.graph, mission, options.namespace)
+    else:
+        prepare_graph(options)
+        findings = find_missing(mission, options.namespace)
+    width = max((len(finding.wanted.name) for finding in findings), default=0)
+    for finding in findings:
+        sign = "there" if finding.is_there else "of another type" if finding.types else "missing"
+        wanted = finding.wanted
+        print(f"  {wanted.what:7}  {wanted.name:{width}}  {wanted.type}  {sign}")
+    missing = [finding.diagnostic() for finding in findings if not finding.is_there]
+    for diagnostic in missing:
+        print(diagnostic, file=sys.stderr)
+    print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
+    refused = options.against and _print_refusals(options)
+    return BAD_INPUT if missing or refused else SUCCESS
+
+
+def _print_refusals(options: argparse.Namespace) -> bool:
+    """Print which goals the servers of a graph refuse by their parameters; tell if there is one."""
+    from action_servers.server.node import NODE_NAME
+    from bt_mission.ros.graph_check import find_servers
+    from bt_mission.sessions.goal_checks import PARAMETERS, with_parameters
+
+    servers = find_servers(NODE_NAME, PARAMETERS, options.namespace)
+    if servers is None:
+        print(f"no node {NODE_NAME} answers, so the limits of goals were not checked")
+        return False
+    settings = with_parameters(servers.parameters, servers.actions)
+    known = set(_examine(options, None)[1])
+    refused = [each for each in _examine(options, settings)[1] if each not in known]
+    for diagnostic in refused:
+        print(diagnostic, file=sys.stderr)
+    print(f"goals that do not fit the limits of {NODE_NAME}: {len(refused)}")
+    return any(each.severity == "error" for each in refused)
+
+
+def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
+    """Print all diagnostics as one JSON list."""
+    from bt_mission.base.diagnostics import InputError
+
+    diagnostics: list[Any] = []
+    code = SUCCESS
+    for options in each:
+        try:
+            diagnostics += _located(options)[1]
+        except InputError as error:
+            diagnostics += error.diagnostics
+            code = BAD_INPUT
+    objects = [{**each.as_dict(), "url": _url_of(each.code)} for each in diagnostics]
+    print(json.dumps(objects, indent=2))
+    return code
+
+
+def _url_of(code: str) -> str | None:
+    """Return where a page explains a code; None where the pages are not installed."""
+    from bt_mission.base.error_catalogue import page_of
+
+    folder = docs_folder()
+    return f"{(folder / page_of(code)).as_uri()}#{code.lower()}" if folder else None
+
+
+_SCHEMAS = {
+    "mission": ("bt_mission.language.schema", "mission_schema"),
+    "scenario": ("bt_mission.scenarios.schema", "scenario_schema"),
+    "fleet": ("bt_mission.scenarios.fleets.file", "fleet_schema"),
+    "world": ("bt_mission.sessions.file_checks", "world_schema"),
+    "robot": ("bt_mission.sessions.file_checks", "robot_schema"),
+    "requirements": ("bt_mission.sessions.file_checks", "requirements_schema"),
+    "ranges": ("bt_mission.scenarios.concrete.ranges", "ranges_schema"),
+}
+"""The function that returns the schema of each kind of file, with its module."""
+
+
+def print_schema(options: argparse.Namespace) -> int:
+    """Print it."""
+    module, name = _SCHEMAS[options.of]
+    print(json.dumps(getattr(import_module(module), name)(), indent=2))
+    return SUCCESS
+
+
+COMMANDS = {
+    "check": Command(
+        check_files,
+        "Checks missions against the real ROS types, worlds and robots, and prints every error "
+        "with its file, line and column. Nothing moves, and no code of a mission runs unless "
+        "--import-python is given. Also checks files of worlds, robots, requirements and ranges.",
+        (
+            MISSION.but(
+                form="files file",
+                nargs="+",
+                takes=(),
+                type=Path,
+                help="files of missions, scenarios, fleets, worlds, robots, requirements or "
+                "ranges (the content decides), XML files of Groot 2, or names of shipped missions",
+            ),
+            *OVERRIDES,
+            REQUIRE,
+            Option(
+                "--import-python",
+                "import and check the missions' Python leaves and nodes, which runs their code "
+                "(default: only list them)",
+            ),
+            NO_PYTHON,
+            JSON.but(
+                help="print a JSON list with an object for each error and warning, for editors "
+                "and programs"
+            ),
+            Option(
+                "--against",
+                "also check that the running ROS graph has the mission's actions, services and "
+                "topics, and that its servers accept the mission's goals",
+                not_for=each(
+                    *PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
+                ),
+            ),
+            Option(
+                "--graph FILE",
+                "also check that a saved listing of a graph has them: lines of 'ros2 action list "
+                "-t', 'ros2 service list -t' and 'ros2 topic list -t', or of 'bt-mission actions "
+                "list' and its like",
+                type=Path,
+                not_for=each(
+                    *PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
+                ),
+                excludes=each("against", why="it compares with the running graph"),
+            ),
+            Option(
+                "--namespace NAMESPACE",
+                "with --against and --graph: the robot's namespace (default: none)",
+                completes="namespaces",
+            ),
+            NETWORK,
+        ),
+    ),
+    "schema": Command(
+        print_schema,
+        "Prints the JSON Schema of a kind of file. An editor with a YAML language server uses it "
+        "to complete and check missions: save it to a file, and name that file in the first line "
+        "of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+        (
+            Option(
+                "of",
+                "kind of file (default: mission)",
+                nargs="?",
+                choices=tuple(_SCHEMAS),
+                default="mission",
+            ),
+        ),
+    ),
+}

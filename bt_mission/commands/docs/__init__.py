@@ -1,0 +1,1 @@
+"""``bt-mission docs``: the documentation in the terminal."""

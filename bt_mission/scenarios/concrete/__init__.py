@@ -1,0 +1,1 @@
+"""Concrete scenarios: values are drawn, each is run by a worker, and gives a row."""

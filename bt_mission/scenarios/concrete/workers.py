@@ -1,0 +1,153 @@
+"""Options and ends of commands whose scenarios run on many workers."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Callable, Coroutine
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.base.errors import BtMissionError
+from bt_mission.cli.argument_types import count, port
+from bt_mission.cli.options import nature_of, simulator_of
+from bt_mission.cli.parser import Option, each
+from bt_mission.commands.check import permissions_of
+
+if TYPE_CHECKING:
+    from bt_mission.scenarios.concrete.base import BaseChanges
+    from bt_mission.scenarios.concrete.bundle import Bundle
+    from bt_mission.scenarios.concrete.pool import ScenarioPool
+
+
+def _check_bokeh() -> None:
+    if find_spec("bokeh") is None:
+        raise BtMissionError("--dashboard needs Bokeh: pip install bokeh", code="BT-905")
+
+
+_LOCAL = each("scheduler", why="its workers were started elsewhere")
+WORKER_OPTIONS = (
+    Option(
+        "--workers N",
+        "number of worker processes on this machine (default: one per processor)",
+        count,
+        excludes=_LOCAL,
+    ),
+    Option(
+        "--worker-memory SIZE",
+        "memory limit of each worker (default: 2GiB); a worker above it is ended",
+        excludes=_LOCAL,
+    ),
+    Option(
+        "--scheduler ADDRESS",
+        "use a running Dask scheduler, such as tcp://10.0.0.1:8786, whose workers have one "
+        "thread each",
+        page="cluster",
+    ),
+    Option(
+        "--dashboard PORT",
+        "serve Dask's dashboard of the workers on this machine at 127.0.0.1:PORT",
+        port,
+        excludes=_LOCAL,
+        check=_check_bokeh,
+    ),
+)
+"""Where the scenarios run."""
+
+
+def require_dask() -> None:
+    """Refuse to run without Dask.
+
+    Raises:
+        BtMissionError: With what to install.
+    """
+    try:
+        import distributed  # noqa: F401
+    except ImportError as error:
+        raise BtMissionError(
+            f"sweeps and searches need Dask, which is not installed ({error}): "
+            "pip install 'bt-mission[sweep]'",
+            code="BT-905",
+        ) from error
+
+
+def base_changes(options: argparse.Namespace) -> BaseChanges:
+    """Return what the options say of every scenario.
+
+    Raises:
+        InputError: With what is wrong with requirements or faults.
+    """
+    from bt_mission.scenarios.concrete.base import BaseChanges, requirements_in_files
+    from bt_mission.scenarios.faults.located import faults_in_texts
+
+    faults_in_texts(options.fault)  # what is wrong is told of the option, not of the scenario
+    return BaseChanges(
+        set=dict(options.set),
+        requirements=requirements_in_files(options.require),
+        faults=options.fault,
+        world=options.world,
+        robot=options.robot,
+        simulator=simulator_of(options),
+        nature=nature_of(options),
+        permissions=permissions_of(options),
+    )
+
+
+def is_alone(options: argparse.Namespace) -> bool:
+    """Is one process enough: that of the command itself?"""
+    return options.workers == 1 and options.scheduler is None
+
+
+def pool_for(
+    options: argparse.Namespace, bundle: Bundle, on_wait: Callable[[], None] = lambda: None
+) -> ScenarioPool:
+    """Return the workers that the options name, ready to be entered.
+
+    Args:
+        on_wait: Called each second in which no scenario ends.
+    """
+    from bt_mission.scenarios.concrete.pool import WORKER_MEMORY, PoolOptions, ScenarioPool, memory
+
+    given = PoolOptions(
+        workers=options.workers,
+        scheduler=options.scheduler,
+        memory=memory(options.worker_memory or WORKER_MEMORY),
+        dashboard=options.dashboard,
+    )
+    return ScenarioPool(bundle, given, on_wait)
+
+
+def run_interruptible(main: Coroutine[Any, Any, None]) -> str:
+    """Run a coroutine to its end; Ctrl-C and SIGTERM cancel it, a second one leaves at once.
+
+    Returns:
+        The name of the signal that has cancelled it; empty where none has.
+    """
+    import asyncio
+
+    got: list[str] = []
+
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        task = asyncio.ensure_future(main)
+
+        def stop(number: signal.Signals) -> None:
+            if got:
+                loop.remove_signal_handler(number)
+                signal.raise_signal(signal.SIGKILL if number == signal.SIGTERM else number)
+            got.append(number.name)
+            task.cancel()
+
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, stop, number)
+        try:
+            await task
+        except asyncio.CancelledError:
+            if not got:
+                raise
+        finally:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                loop.remove_signal_handler(number)
+
+    asyncio.run(run())
+    return got[0] if got else ""
