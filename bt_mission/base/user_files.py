@@ -13,14 +13,15 @@ import os
 import sys
 from collections.abc import Iterator
 from hashlib import sha256
-from importlib.machinery import ModuleSpec, SourceFileLoader
+from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import ModuleType
 from typing import Any
 
 from typing_extensions import override
 
 from bt_mission.base.files import contents_of
+from bt_mission.base.user_loops import LoopLoader
 
 _INSTALLED = ("site-packages", "dist-packages")
 
@@ -85,7 +86,7 @@ def _forms(place: Path) -> tuple[Path, Path]:
     return place / "__init__.py", place.with_name(f"{place.name}.py")
 
 
-class _Loader(SourceFileLoader):
+class _Loader(LoopLoader):
     """Compiles a file whose imports of modules beside it lead into its package."""
 
     def __init__(self, name: str, file: str, package: str, folder: Path) -> None:
@@ -93,12 +94,9 @@ class _Loader(SourceFileLoader):
         self._imports = _Imports(package, folder)
 
     @override
-    def get_code(self, fullname: str) -> CodeType:
-        """Compile the file; nothing is cached, since other programs compile it otherwise."""
-        path = self.get_filename(fullname)
-        tree = ast.parse(self.get_data(path), path)
-        code: CodeType = compile(self._imports.visit(tree), path, "exec", dont_inherit=True)
-        return code
+    def changed(self, tree: ast.Module) -> ast.Module:
+        changed: ast.Module = self._imports.visit(tree)
+        return changed
 
 
 class _Imports(ast.NodeTransformer):

@@ -11,7 +11,7 @@ from bt_mission.base.text import escape_lines
 from bt_mission.cli import recording
 from bt_mission.cli.argument_types import above_zero
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import FAULT, JSON, ROBOT, SEED, SPEED, WORLD
+from bt_mission.cli.options import CMD_VEL_TYPE, FAULT, JSON, ROBOT, SEED, SPEED, WORLD
 from bt_mission.cli.parser import Command, Option
 from bt_mission.cli.run_plan import most_obstacles, takes_faults, with_faults, written_faults
 from bt_mission.cli.run_shown import shown_on_page, shown_on_screen
@@ -51,7 +51,9 @@ def play(options: argparse.Namespace) -> int:
             seed=options.seed,
             limit_s=options.seconds,
             options=StageOptions(
-                watched=is_watched, props=most_obstacles() if faults or options.web else 0
+                watched=is_watched,
+                props=most_obstacles() if faults or options.web else 0,
+                command_type=options.cmd_vel_type,
             ),
             **({} if options.json or on_screen else {"say": _say}),
         )
@@ -99,6 +101,7 @@ COMMANDS = {
             ),
             WORLD.but(help="name or file of a world (default: empty_arena)"),
             ROBOT.but(help="name or file of a robot"),
+            CMD_VEL_TYPE,
             SEED,
             Option("--for SECONDS", "end after this virtual time", above_zero, dest="seconds"),
             FAULT,

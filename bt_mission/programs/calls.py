@@ -86,8 +86,8 @@ class Host(Protocol):
     def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
         """Suspend the call whose code runs, for a wait or a time."""
 
-    def read_clock(self, call: Call) -> int:
-        """Return the present, ns."""
+    def take_time(self, call: Call) -> int:
+        """Return the present, ns. After some calls at one instant, time moves."""
 
     def new_life(self) -> Life:
         """Return a new thread."""
@@ -190,7 +190,9 @@ class Call(greenlet):
         self.is_over = False
         self.handler: Callable[[], Any] | None = None
         """Of a signal, to be called where the code waits."""
-        self.read_ns = self.reads = 0
+        self.round_ns = self.rounds = 0
+        self.loops_since_ns: int | None = None
+        """When it began to loop, while it waits for nothing else."""
         self.number = -1
         """Of the task that it is; a callback has none."""
         self._function, self._args = function, args

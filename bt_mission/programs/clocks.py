@@ -28,11 +28,18 @@ def sleep(seconds: float) -> None:
     sleep_ns(call, round(seconds * NS))
 
 
+def take_round() -> None:
+    """Replace :func:`bt_mission.base.user_loops.take_round`."""
+    call = current_call()
+    if call is not None:
+        call.program.host.take_time(call)
+
+
 def sleep_ns(call: Call, nanoseconds: int) -> None:
     """Sleep for virtual time; for none, let others run."""
     host = call.program.host
     if nanoseconds <= 0:
-        host.read_clock(call)
+        host.take_time(call)
         wait = Wait("gives way", is_timed=True)
         wait.over.set_result(None)
         call.park(wait)
@@ -45,7 +52,7 @@ def _reader(real: Callable[[], Any], *, in_ns: bool) -> Callable[[], Any]:
         call = current_call()
         if call is None:
             return real()
-        now_ns = call.program.host.read_clock(call)
+        now_ns = call.program.host.take_time(call)
         return now_ns if in_ns else now_ns / NS
 
     return read
@@ -66,7 +73,7 @@ def _at_present(real: Callable[..., Any], position: int) -> Callable[..., Any]:
         call = current_call()
         if call is None or len(args) > position:
             return real(*args)
-        now_s = call.program.host.read_clock(call) / NS
+        now_s = call.program.host.take_time(call) / NS
         return real(*args, now_s if position == 0 else time.localtime(now_s))
 
     return of_now
@@ -95,7 +102,7 @@ class Datetime(_real_datetime, metaclass=StandIn):
         call = current_call()
         if call is None:
             return _real_datetime.now(tz)
-        return _real_datetime.fromtimestamp(call.program.host.read_clock(call) / NS, tz)
+        return _real_datetime.fromtimestamp(call.program.host.take_time(call) / NS, tz)
 
     @classmethod
     def today(cls) -> Any:
@@ -159,7 +166,7 @@ class ClockHandle(_rclpy.Clock):  # type: ignore[misc]  # compiled
         """Return the time; one that no node keeps is set first."""
         call = current_call()
         if call is not None:
-            self._host.read_clock(call)
+            self._host.take_time(call)
         if not self._host.clock.clocks.keeps(self):
             self._show(self._host.clock.now_ns)
         return super().get_now()

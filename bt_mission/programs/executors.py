@@ -150,6 +150,8 @@ class ProgramExecutor(Executor):
     def add_node(self, node: Node) -> bool:
         if node in self._ordered:
             return False
+        if node.executor is None:
+            self.wake()  # it may have got entities while no executor had it
         self._ordered.append(node)
         super().add_node(node)
         self.host.serve(node, self)

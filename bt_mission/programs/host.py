@@ -35,11 +35,14 @@ from bt_mission.programs.stuck import find_stuck, refuse_standstill
 from bt_mission.ros.executors.coroutines import awaited_by
 from bt_mission.ros.virtual_time import VirtualTimeExecutor
 
-READS_PER_INSTANT = 200
-"""Readings of a clock within an instant, by one call, after which time moves by a step."""
+ROUNDS_PER_INSTANT = 200
+"""Rounds of a loop or readings of a clock within an instant, by one call, after which time moves by
+a step: 5 us of a robot for each."""
 
 STEP_NS = 1_000_000
 """That step."""
+
+LOOPS = "loops"
 
 _OWN_TOPICS = ("/parameter_events", "/clock")
 """Topics to which rclpy itself subscribes."""
@@ -408,6 +411,7 @@ class ProgramHost:
             node.destroy_node()
             del self._programs[node], self._executors[node]
         if isinstance(program, MainProgram):
+            program.close_loops()
             program.main_call = None
         self.clock.wake()
 
@@ -438,6 +442,7 @@ class ProgramHost:
         """Suspend the call whose code runs. Return the result of the wait, False after a time."""
         call = current_call()
         assert call is not None, "only the code of a program waits"
+        call.loops_since_ns = None
         if timeout_ns is None:
             return bool(call.park(wait))
         time_ns = self.clock.now_ns + max(timeout_ns, 0)
@@ -448,15 +453,18 @@ class ProgramHost:
             if wait.over._result is not False:  # of the alarm
                 self.clock.cancel_call(alarm)
 
-    def read_clock(self, call: Call) -> int:
-        """Return the present, ns. Code that reads it again and again makes time move."""
+    def take_time(self, call: Call) -> int:
+        """Return the present, ns. A loop that only reads it, or does not wait, makes time move."""
         now_ns = self.clock.now_ns
-        if call.read_ns != now_ns:
-            call.read_ns, call.reads = now_ns, 0
-        call.reads += 1
-        if call.reads > READS_PER_INSTANT:
-            call.reads = 0
-            self.wait(Wait("polls the clock", is_timed=True), STEP_NS)
+        if call.round_ns != now_ns:
+            call.round_ns, call.rounds = now_ns, 0
+        call.rounds += 1
+        if call.rounds > ROUNDS_PER_INSTANT:
+            call.rounds = 0
+            since_ns = now_ns if call.loops_since_ns is None else call.loops_since_ns
+            self.remarks.loop(call, now_ns - since_ns)
+            self.wait(Wait(LOOPS, is_timed=True), STEP_NS)
+            call.loops_since_ns = since_ns
         return self.clock.now_ns
 
     # ---- inside --------------------------------------------------------------------------
@@ -528,6 +536,10 @@ class ProgramHost:
             or any(map(_awaits_answers, node.waitables))
             for node in self._programs
         )
+
+    def compare_qos(self, nodes: Sequence[Node]) -> None:
+        """Say which publishers and subscriptions of programs do not match, since some are new."""
+        self.remarks.compare_qos(nodes, self._programs)
 
     def take_advanced(self) -> bool:
         """Return once whether code of programs has run."""

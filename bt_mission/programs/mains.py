@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import importlib.util
 import io
 import sys
@@ -9,7 +10,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures.thread import _worker  # what its threads run
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.machinery import SourceFileLoader
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from traceback import StackSummary, TracebackException
 from types import ModuleType
@@ -20,12 +21,29 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from typing_extensions import override
 
+from bt_mission.base import user_loops
 from bt_mission.base.code_owner import owner_of
 from bt_mission.programs.calls import Call, Host, Program, StandIn, current_call
 from bt_mission.programs.executors import SingleThreadedExecutor
+from bt_mission.programs.threads import LoopLocal
+
+_events: Any = asyncio.events
 
 INTERRUPTED = 130
 """The exit code of a program that a KeyboardInterrupt ends."""
+
+
+def hint_for_commands(error: BaseException) -> str | None:
+    """Return what helps where code publishes velocity commands of the other type."""
+    text = str(error)
+    if "cmd_vel with incompatible type" not in text:
+        return None
+    is_plain = "TwistStamped" in text
+    taken, other = ("Twist", "stamped") if is_plain else ("TwistStamped", "plain")
+    return (
+        f"the robot takes {taken}; have the node publish that, or use --cmd-vel-type {other} (in "
+        f'pytest: command_type="{other}")'
+    )
 
 
 class ProgramContext(Context, metaclass=StandIn):
@@ -99,6 +117,23 @@ class RclpyOfNodes:
         return _rclpy.Node(name, namespace, context, arguments, *rest)
 
 
+class LoopFinder:
+    """Finds the modules that code of programs imports, and has their loops noted."""
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        """Return the file of a module that is the user's, or of the package of the program."""
+        call = current_call()
+        if call is None:
+            return None
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is None or type(spec.loader) is not SourceFileLoader or spec.origin is None:
+            return None
+        package = getattr(call.program, "package", "")
+        if owner_of(spec.origin) == "user" or name.partition(".")[0] == package:
+            spec.loader = user_loops.LoopLoader(name, spec.origin)
+        return spec
+
+
 class _Lines(io.TextIOBase):
     """What a program prints, line by line."""
 
@@ -128,6 +163,21 @@ class _Lines(io.TextIOBase):
         """Pass on a last line that has no end."""
         if self._begun:
             self.write("\n")
+
+
+class _Input:
+    """What a program reads from, after what it has printed was shown, such as a question."""
+
+    def __init__(self, program: MainProgram) -> None:
+        self._program = program
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the rest as it is."""
+        return getattr(self._program.show_lines(), name)
+
+    def __iter__(self) -> Any:
+        """Read line by line."""
+        return iter(self._program.show_lines())
 
 
 @dataclass(frozen=True)
@@ -181,7 +231,9 @@ class MainProgram(Program):
         super().__init__(host, module.rpartition(".")[2] or file.stem, seed, None)
         self.file, self.argv = file, [str(file), *arguments]
         self._module, self._function = module, function
-        self.output = _Lines(say)
+        self.package = module.partition(".")[0]
+        """The package of its module; empty for a file."""
+        self.output, self._input = _Lines(say), _Input(self)
         self.exit_code: int | None = None
         """None while it runs."""
         self.ros_args: list[str] = []
@@ -200,6 +252,9 @@ class MainProgram(Program):
         """The names of all modules, when it was last looked."""
         self._count = 0
         self._outside: tuple[Any, ...] = ()
+        self._own_loops = LoopLocal()
+        self._loops: Any = asyncio.DefaultEventLoopPolicy()
+        self._loops._local = self._own_loops
 
     def take_ros_args(self, argv: Sequence[str]) -> None:
         """Take the arguments of ``rclpy.init`` that are for ROS."""
@@ -227,8 +282,8 @@ class MainProgram(Program):
 
     @override
     def swap_in(self) -> None:
-        self._outside = (sys.argv, sys.stdout, sys.stderr)
-        sys.argv = self.argv
+        self._outside = (sys.argv, sys.stdout, sys.stderr, sys.stdin, _events._event_loop_policy)
+        sys.argv, sys.stdin, _events._event_loop_policy = self.argv, self._input, self._loops
         sys.stdout = sys.stderr = self.output
         modules, hidden = sys.modules, self._hidden
         for name, module in self._modules.items():
@@ -241,7 +296,8 @@ class MainProgram(Program):
 
     @override
     def swap_out(self) -> None:
-        sys.argv, sys.stdout, sys.stderr = self._outside
+        self._loops = _events._event_loop_policy
+        sys.argv, sys.stdout, sys.stderr, sys.stdin, _events._event_loop_policy = self._outside
         modules, path, folder = sys.modules, sys.path, self._folder
         if not self._module:
             if path[0] == folder:
@@ -257,6 +313,17 @@ class MainProgram(Program):
                 modules.pop(name, None)
         if self.output.lines:
             self.output.pass_on()
+
+    def show_lines(self) -> Any:
+        """Pass on what it has printed, also an unfinished line. Return the real input."""
+        inside = sys.stdout, sys.stderr
+        _, sys.stdout, sys.stderr, real, _ = self._outside
+        try:
+            self.output.end()
+            self.output.pass_on()
+        finally:
+            sys.stdout, sys.stderr = inside
+        return real
 
     def _take_new_modules(self) -> None:
         """Take the modules that its code has imported, if their files lie beside it."""
@@ -278,6 +345,12 @@ class MainProgram(Program):
                 self.exit_code = code
         finally:
             self.output.end()
+
+    def close_loops(self) -> None:
+        """Close the event loops that it has left open, as the end of a process does."""
+        for loop in self._own_loops.all:
+            if not loop.is_running():
+                loop.close()
 
     def _wait_for_threads(self) -> None:
         """Wait for callbacks in the threads of executors, then for threads, as Python does."""
@@ -320,6 +393,8 @@ class MainProgram(Program):
             shown.stack = StackSummary.from_list(own)
             shown = shown.__cause__ or shown.__context__
         self.output.write("".join(text.format()))
+        if hint := hint_for_commands(error):
+            self.output.write(f"{hint} [BT-215]\n")
         if isinstance(error, ModuleNotFoundError) and error.name:
             name = error.name.partition(".")[0]
             self.output.write(
@@ -337,18 +412,19 @@ class MainProgram(Program):
         name = self._module or "__main__"
         if self._module and self.file.name == "__main__.py":
             name += ".__main__"
-        loader = SourceFileLoader(name, str(self.file))
+        loader = user_loops.LoopLoader(name, str(self.file))
         spec = importlib.util.spec_from_file_location(name, self.file, loader=loader)
         assert spec is not None
         module = importlib.util.module_from_spec(spec)
         module.__name__ = "__main__"
+        vars(module)[user_loops.NAME] = user_loops
         if not self._module:
             module.__spec__ = None
         elif module.__package__:
             import_module(module.__package__)
         self._hidden["__main__"] = sys.modules.get("__main__")
         self._modules["__main__"] = sys.modules["__main__"] = module
-        exec(loader.get_code(name) or "", vars(module))  # noqa: S102 - what it is for
+        exec(loader.get_code(name), vars(module))  # noqa: S102 - what it is for
         main = getattr(module, "main", None)
         if not self.has_ros and callable(main):
             main()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Container, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +13,7 @@ from rclpy.action import ActionServer
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, qos_check_compatible
 
 from bt_mission.base.clock_watch import callback_in
 from bt_mission.base.ros_log import log_of
@@ -25,6 +27,9 @@ LATE = "BT-920"
 
 WAITED_NS = 500_000_000
 """A request that has waited this long is worth a line, ns."""
+
+LOOPED_NS = 2_000_000_000
+"""So is a callback that has looped this long without waiting, ns."""
 
 NAMES = {"cancel": "cancel request", "goal": "goal request"}
 
@@ -43,7 +48,7 @@ class Remarks:
     def __init__(self, clock: VirtualTimeExecutor) -> None:
         self._clock = clock
         self._refused: dict[int, _Refused] = {}
-        self._lines: set[str] = set()
+        self._lines: set[tuple[str, str]] = set()
 
     def refuse(self, entity: Any, holders: Sequence[Call], *, by_group: bool) -> None:
         """Note that an action server has to wait for these calls, if it is one."""
@@ -107,7 +112,40 @@ class Remarks:
             )
             self._say(node, f"{text}, it would hang on a robot, since nothing takes /clock")
 
+    def loop(self, call: Call, looped_ns: int) -> None:
+        """Say that a call has looped for a while, where nothing can end its loop."""
+        spin = call.spin
+        if looped_ns < LOOPED_NS or spin is None or spin.executor.free() is not None:
+            return
+        holder = callback_in(sys._getframe())
+        self._say(
+            call.node or spin.executor.get_nodes()[0],
+            f"{holder} loops without waiting in the only thread of its executor; on a robot "
+            "nothing else of its program runs: use a timer, or a MultiThreadedExecutor",
+        )
+
+    def compare_qos(self, nodes: Sequence[Node], own: Container[Node]) -> None:
+        """Say which endpoints of own nodes are not matched for their QoS, as rclpy does."""
+        publishers = defaultdict(list)
+        for node in nodes:
+            for publisher in node.publishers:
+                publishers[publisher.topic_name].append((node, publisher))
+        for receiver in nodes:
+            for subscription in receiver.subscriptions:
+                topic, wanted = subscription.topic_name, subscription.qos_profile
+                for sender, publisher in publishers[topic]:
+                    if receiver in own or sender in own:
+                        verdict, why = qos_check_compatible(publisher.qos_profile, wanted)
+                        if verdict == QoSCompatibility.ERROR:
+                            why = why.removeprefix("ERROR: ").rstrip(";").lower()
+                            self._say(
+                                receiver if receiver in own else sender,
+                                f"{receiver.get_name()} gets no messages of {topic} from "
+                                f"{sender.get_name()}: incompatible QoS, {why}",
+                            )
+
     def _say(self, node: Node, text: str) -> None:
-        if text not in self._lines:
-            self._lines.add(text)
-            log_of(node).info(text)
+        line = (node.get_fully_qualified_name(), text)
+        if line not in self._lines:
+            self._lines.add(line)
+            log_of(node).warning(text)

@@ -25,21 +25,24 @@ import rclpy
 import rclpy.clock
 import rclpy.context
 import rclpy.executors
+import rclpy.impl.rcutils_logger
 import rclpy.node
 import rclpy.wait_for_message
 from rclpy import utilities
 from rclpy.callback_groups import ReentrantCallbackGroup
 
+from bt_mission.base import user_loops
 from bt_mission.base.code_owner import owner_of
 from bt_mission.base.stamps import NS
-from bt_mission.programs import clocks, goals, signals, threads
+from bt_mission.programs import clocks, goals, logs, signals, threads
 from bt_mission.programs.calls import Wait, current_call
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from bt_mission.programs.mains import MainProgram, ProgramContext, RclpyOfNodes
+from bt_mission.programs.mains import LoopFinder, MainProgram, ProgramContext, RclpyOfNodes
 
 _real_lock = threading.Lock()
 _users = 0
 _kept: list[dict[str, Any]] = []
+_FINDER: Any = LoopFinder()
 _real_datetime = datetime.datetime
 
 _real_global_executor = rclpy.get_global_executor
@@ -136,10 +139,12 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
             "local": threads.Local,
             "get_ident": threads.get_ident,
             "current_thread": threads.current_thread,
+            "main_thread": threads.main_thread,
         },
     ),
     (queue, {"SimpleQueue": threads.SimpleQueue, "time": clocks.READERS["monotonic"]}),
     (selectors, {"DefaultSelector": clocks.ProgramSelector}),
+    (user_loops, {"take_round": clocks.take_round}),
     (random, {name: partial(_drawn, name, getattr(random, name)) for name in _DRAWS}),
     (uuid, {"uuid4": _uuid4}),
     (
@@ -154,6 +159,7 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
     (rclpy.context, {"Context": ProgramContext}),
     (utilities, {"Context": ProgramContext}),
     (rclpy.node, {"_rclpy": RclpyOfNodes()}),
+    (rclpy.impl.rcutils_logger, {"_rclpy": logs.RclpyOfLogs()}),
     (atexit, {"register": _at_exit}),
     (
         rclpy.executors,
@@ -179,6 +185,7 @@ def install() -> Callable[[], None]:
             for module, new in REPLACED:
                 _kept.append({name: vars(module)[name] for name in new})
                 vars(module).update(new)
+            sys.meta_path.insert(0, _FINDER)
     left = [None]
 
     def end() -> None:
@@ -192,6 +199,7 @@ def install() -> Callable[[], None]:
                 for (module, _), kept in zip(REPLACED, _kept, strict=True):
                     vars(module).update(kept)
                 _kept.clear()
+                sys.meta_path.remove(_FINDER)
 
     return end
 

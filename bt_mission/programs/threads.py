@@ -18,6 +18,7 @@ _real_rlock: Any = vars(threading)["_CRLock"]
 _python_rlock: Any = vars(threading)["_PyRLock"]
 _real_ident = threading.get_ident
 _real_current = threading.current_thread
+_real_main = threading.main_thread
 
 
 class Lock:
@@ -97,11 +98,21 @@ def current_thread() -> Any:
     call = current_call()
     if call is None:
         return _real_current()
-    if call.life.thread is None:
-        is_main = call.life is call.program.life
-        name = "MainThread" if is_main else f"ThreadPoolExecutor-0_{call.life.ident}"
-        call.life.thread = Thread.of(call.life, name)
-    return call.life.thread
+    if call.life is call.program.life:
+        return main_thread()
+    return _thread_of(call.life, f"ThreadPoolExecutor-0_{call.life.ident}")
+
+
+def main_thread() -> Any:
+    """Replace ``threading.main_thread``."""
+    call = current_call()
+    return _real_main() if call is None else _thread_of(call.program.life, "MainThread")
+
+
+def _thread_of(life: Life, name: str) -> Any:
+    if life.thread is None:
+        life.thread = Thread.of(life, name)
+    return life.thread
 
 
 class Thread(threading.Thread, metaclass=StandIn):
@@ -241,3 +252,16 @@ class Local(metaclass=StandIn):
     def __delattr__(self, name: str) -> None:
         Local._select(self)
         object.__delattr__(self, name)
+
+
+class LoopLocal(Local):
+    """The event loop of each thread, as a policy of ``asyncio`` keeps it."""
+
+    _loop = None
+    _set_called = False
+
+    @property
+    def all(self) -> list[Any]:
+        """Those of all threads."""
+        loops = [part.get("_loop") for part in self._parts.values()]
+        return [loop for loop in loops if loop is not None]

@@ -20,7 +20,7 @@ from bt_mission.language.mission import NodeFactory
 from bt_mission.language.plugins import PythonError, find_factory, find_program, program_of
 from bt_mission.programs import Program, ProgramHost
 from bt_mission.programs.executors import ProgramExecutor
-from bt_mission.programs.mains import MainProgram, WholeProgram
+from bt_mission.programs.mains import MainProgram, WholeProgram, hint_for_commands
 from bt_mission.programs.replaced import adopt
 from bt_mission.ros.graph import as_default
 from bt_mission.sessions.scripted_server import ScriptedServer
@@ -257,18 +257,8 @@ def _called(factory: Factory, function: Callable[..., Any], options: dict[str, A
         message = f"{name_of(factory)} did not return within {LONGEST_S:g} s"
         _refuse(factory, message, "it must create and return the node; it may wait, not compute")
     except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
-        hint = KEYWORDS if isinstance(error, TypeError) else _hint_for_commands(error)
+        hint = KEYWORDS if isinstance(error, TypeError) else hint_for_commands(error)
         _refuse(factory, f"{name_of(factory)} raised {described(error, function)}", hint)
-
-
-def _hint_for_commands(error: BaseException) -> str | None:
-    """Return what helps where a node publishes velocity commands of the other type."""
-    text = str(error)
-    if "cmd_vel with incompatible type" not in text:
-        return None
-    is_plain = "TwistStamped" in text
-    taken, other = ("Twist", "stamped") if is_plain else ("TwistStamped", "plain")
-    return f"the robot takes {taken}; have the node publish that, or use --cmd-vel-type {other}"
 
 
 def imported(factory: Factory) -> Callable[..., Any]:

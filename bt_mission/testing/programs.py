@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from bt_mission.base.text import escape_lines
 from bt_mission.language.plugins import called_program
 from bt_mission.programs.goals import ObservedGoal
 from bt_mission.programs.mains import MainProgram, WholeProgram
@@ -53,6 +55,7 @@ class ProgramRun:
             program.module,
             program.function,
         )
+        self._file_name = whole.name
         self._program: MainProgram = run.stage.start_program(whole)
         self.name = self._program.name
         """That of the file; a second copy is `NAME_2`."""
@@ -97,6 +100,8 @@ class ProgramRun:
 
     def _take(self, time_s: float, text: str) -> None:
         self.output.append(PrintedLine(time_s, text))
+        # pytest shows it with a failure.
+        sys.stdout.write(f"{time_s:9.2f} s  {self._file_name}: {escape_lines(text)}\n")
 
     def _end(self, exit_code: int) -> None:
         self.exit_code = exit_code

@@ -106,12 +106,16 @@ def main():
 if __name__ == "__main__":
     main()
 """
+MODULE = (
+    "def add(a, b): return a + b\n\n"
+    "def run_to(end):\n    number = 0\n    while number < end:\n        number += 1\n"
+)
 
 
 @pytest.fixture
 def run(programs: Any, tmp_path: Path) -> Callable[..., Any]:
     """Run programs until those that are waited for have ended; return what they have printed."""
-    (tmp_path / "numbers_of.py").write_text("def add(a, b): return a + b\n", encoding="utf-8")
+    (tmp_path / "numbers_of.py").write_text(MODULE, encoding="utf-8")
     printed: list[tuple[float, str]] = []
 
     def started(code: str, *arguments: str, name: str = "program") -> MainProgram:
@@ -282,6 +286,37 @@ ENDS = [
 
 
 EXACT = [
+    # What a callback in another thread changes ends a loop that does not wait.
+    (
+        (
+            f"{NODE}{POOL}from rclpy.callback_groups import ReentrantCallbackGroup\n"
+            "groups = {'callback_group': ReentrantCallbackGroup()}\nseen = []\n"
+            "def wait():\n    while not seen:\n        continue\n"
+            "    print('seen')\n    rclpy.shutdown()\n"
+            "node.create_timer(0.5, wait, **groups)\n"
+            "node.create_timer(0.75, lambda: seen.append(0), **groups)\npool.spin()\n"
+        ),
+        [(0.751, "seen")],
+    ),
+    # Also one in a module beside the program; 200 rounds take 1 ms.
+    (
+        "import rclpy, numbers_of\nrclpy.init()\nnumbers_of.run_to(2000)\nprint('end')\n",
+        [(0.009, "end")],
+    ),
+    # Each program has event loops of its own, and each of its threads.
+    (
+        (
+            f"{NODE}import asyncio, threading\nloop = asyncio.get_event_loop()\n"
+            "def run():\n    asyncio.set_event_loop(asyncio.new_event_loop())\n"
+            "    asyncio.get_event_loop().run_until_complete(asyncio.sleep(0.5))\n"
+            "    print(asyncio.get_event_loop() is loop, threading.main_thread().name)\n"
+            "thread = threading.Thread(target=run)\nthread.start()\nthread.join()\n"
+            "loop.run_until_complete(asyncio.sleep(0.5))\n"
+            "print(asyncio.get_event_loop() is loop, "
+            "threading.current_thread() is threading.main_thread())\n"
+        ),
+        [(0.5, "False MainThread"), (1.0, "True True")],
+    ),
     # Of the tasks that can go on, rclpy's executors run the newest first.
     (
         (
@@ -346,6 +381,37 @@ EXACT = [
 def test_a_program_does_the_same_as_on_a_robot(run: Any, code: str, lines: Any) -> None:
     """In the same order, at the same times."""
     assert run(code) == (0, lines)
+
+
+REMARKS = [
+    (
+        (
+            f"{NODE}import threading\nseen = []\n"
+            "def wait():\n    while not seen:\n        pass\n    exit()\n"
+            "node.create_timer(0.5, wait)\nthreading.Timer(3, seen.append, [0]).start()\n"
+            "rclpy.spin(node)\n"
+        ),
+        "wait (program.py:7) loops without waiting in the only thread of its executor",
+    ),
+    (
+        (
+            f"{NODE}from std_msgs.msg import Empty\nfrom rclpy.qos import qos_profile_sensor_data\n"
+            "node.create_subscription(Empty, 'e', print, 10)\n"
+            "node.create_publisher(Empty, 'e', qos_profile_sensor_data)\n"
+            "rclpy.spin_once(node, timeout_sec=1)\n"
+        ),
+        "n gets no messages of /e from n: incompatible QoS, best effort publisher and reliable",
+    ),
+]
+
+
+@pytest.mark.parametrize(("code", "line"), REMARKS)
+def test_what_a_robot_would_not_do_is_logged(
+    run: Any, capfd: pytest.CaptureFixture[str], code: str, line: str
+) -> None:
+    """It is no line of the program, and said once."""
+    assert run(code) == (0, [])
+    assert capfd.readouterr().err.count(line) == 1
 
 
 def test_loops_of_two_programs_do_not_meet(run: Any) -> None:
@@ -437,7 +503,7 @@ tree:
 
 def test_a_mission_runs_with_a_program(tmp_path: Path, capsys: Any) -> None:
     """`nodes` names its file, and its arguments, as text or as a mapping."""
-    (tmp_path / "numbers_of.py").write_text("def add(a, b): return a + b\n", encoding="utf-8")
+    (tmp_path / "numbers_of.py").write_text(MODULE, encoding="utf-8")
     (tmp_path / "server.py").write_text(SERVER, encoding="utf-8")
     path = tmp_path / "fib.yaml"
     path.write_text(MISSION.format(program="server.py several --ros-args -p a:=1"), "utf-8")

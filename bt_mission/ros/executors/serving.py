@@ -46,6 +46,9 @@ class CallHost(Protocol):
     ) -> Task | None:
         """Make a task of the code that blocks, if it asks for one; else return None."""
 
+    def compare_qos(self, nodes: Sequence[Node]) -> None:
+        """Say which publishers and subscriptions of such code do not match."""
+
     def take_advanced(self) -> bool:
         """Return once whether such code has run."""
 

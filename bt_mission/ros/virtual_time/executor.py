@@ -123,7 +123,6 @@ class VirtualTimeExecutor(Spinning):
 
     def take_node(self, node: Node) -> None:
         """Serve a node whose own executor says when; its timers continue."""
-        self.wake()  # it may have got entities while no executor had it
         self._take_node(node)
 
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> Alarm:
@@ -276,6 +275,8 @@ class VirtualTimeExecutor(Spinning):
         self.clocks.keep(nodes)
         entities = Entities(nodes, self._context, self.arrivals)
         wait_for_matching(nodes)
+        if self.host is not None:
+            self.host.compare_qos(nodes)
         return entities
 
     @override
