@@ -124,7 +124,7 @@ def probe(
 
 
 def _command(name: str, *arguments: str) -> list[str]:
-    return python_command("-m", f"{__package__}.doctor_probes", name, *arguments)
+    return python_command("-m", "bt_mission.cli.doctor_probes", name, *arguments)
 
 
 def _environment(without: tuple[str, ...] = (), *, is_local: bool = True) -> dict[str, str]:
