@@ -32,6 +32,7 @@ PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs")
 CODE = ("bt_mission", "action_servers", "sim")
 MESSAGES = (
     "bt_mission/base/error_catalogue.toml",
+    *(path.relative_to(ROOT).as_posix() for path in ROOT.glob("bt_mission/commands/*/errors.toml")),
     "tests/executive/behaviours/transcripts",
     "tests/commands/convert/transcripts",
     "tests/cli/transcripts",
@@ -39,7 +40,7 @@ MESSAGES = (
     "tests/language/suspicious",
     "tests/language/transcripts",
 )
-"""The catalogue of errors, and files with the messages of commands as they are printed."""
+"""The catalogues of errors, and files with the messages of commands as they are printed."""
 LEAST_WORDS = 3
 """A text of fewer words is a name or a key."""
 

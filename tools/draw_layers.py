@@ -5,11 +5,12 @@ A line is an import that no longer path of imports implies. tools/make_generated
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
 
 from tools.check_layers import LAYERS, PARTS, all_imports, is_in
 
-WIDTH, ROW, TOP, BOX, GAP = 1000, 62, 44, (116, 30), 12
+WIDTH, ROW, TOP, BOX, GAP = 1070, 62, 44, (116, 30), 12
 LEFT = {"bt_mission": 110, "action_servers": 480, "sim": 790}
 COLOURS = {"bt_mission": "#dbeafe", "action_servers": "#dcfce7", "sim": "#fef3c7"}
 
@@ -18,22 +19,32 @@ ROW_SCALE = {"action_servers": (0.9, 1), "sim": (0.62, 0.6)}
 """Rows of a column as a share of those of bt_mission, and the lowest: all imports point down."""
 
 
+EXECUTORS = "bt_mission.ros.executors"
+"""The part of a package that servers and simulator import, too: it has a box of its own."""
+
+
 def packages() -> dict[str, tuple[str, float]]:
     """Return each package that is drawn, with its top-level folder and its row from below."""
     heights = {
         name: ("bt_mission", float(row)) for row, layer in enumerate(LAYERS) for name in layer
     }
+    heights[EXECUTORS] = ("bt_mission", 1.0)
     for top, (scale, lowest) in ROW_SCALE.items():
         for row, parts in enumerate(PARTS[top]):
             heights |= {f"{top}.{part}": (top, lowest + row * scale) for part in parts}
     return heights
 
 
+def _box(module: str, known: Iterable[str]) -> str:
+    """Return the innermost box of a module, or nothing."""
+    return max((name for name in known if is_in(module, name)), key=len, default="")
+
+
 def edges(known: dict[str, tuple[str, float]]) -> set[tuple[str, str]]:
     """Return who imports whom, without what follows from the others."""
     direct = set()
     for edge in all_imports():
-        pair = [next((p for p in known if is_in(m, p)), "") for m in (edge.importer, edge.imported)]
+        pair = [_box(module, known) for module in (edge.importer, edge.imported)]
         if all(pair) and pair[0] != pair[1]:
             direct.add((pair[0], pair[1]))
     ordered = sorted(direct)

@@ -1,7 +1,8 @@
 """The catalogue of errors and warnings: what each code means, with an example and a cure.
 
-The entries are in `error_catalogue.toml`. Errors carry their code as a text such as ``BT-203``, so
-the catalogue is read only where somebody asks for an explanation.
+The entries are in `error_catalogue.toml`, and in ``errors.toml`` of each command's folder. Errors
+carry their code as a text such as ``BT-203``, so the catalogue is read only where somebody asks for
+an explanation.
 """
 
 from __future__ import annotations
@@ -9,12 +10,14 @@ from __future__ import annotations
 import difflib
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
+from typing import Any
 
+from bt_mission.base.commands import all_rows
 from bt_mission.base.diagnostics import quoted
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.text import escape_control
@@ -31,11 +34,8 @@ GROUPS: Mapping[int, str] = {
     9: "Runs and ROS",
     10: "Recordings",
     11: "Command line",
-    12: "XML of BehaviorTree.CPP",
-    13: "The editor",
-    14: "Agents",
 }
-"""The kinds of mistake, by the hundreds of their codes."""
+"""The kinds of mistake, by the hundreds of their codes; commands bring more."""
 
 PROMPT = "$ "
 """Begins an example that is a command."""
@@ -57,6 +57,7 @@ class CatalogueEntry:
         line: Of `wrong`, where it is reported; 0 is the whole file.
         file: The name of the file.
         beside: Files that the example needs, by their names.
+        group: Its kind of mistake.
     """
 
     code: str
@@ -68,11 +69,7 @@ class CatalogueEntry:
     line: int = 0
     file: str = "mission.yaml"
     beside: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def group(self) -> str:
-        """Its kind of mistake."""
-        return GROUPS[int(self.code.removeprefix("BT-")) // 100]
+    group: str = ""
 
     @property
     def is_command(self) -> bool:
@@ -98,10 +95,30 @@ def page_of(code: str) -> str:
 @cache
 def catalogue() -> Mapping[str, CatalogueEntry]:
     """Return all entries by their codes, in the order of the codes."""
-    text = files("bt_mission.base").joinpath("error_catalogue.toml").read_text(encoding="utf-8")
+    groups = dict(GROUPS)
+    entries: dict[str, dict[str, Any]] = {}
+    for text in _texts():
+        written = tomllib.loads(text)
+        named = {int(number): name for number, name in written.pop("groups", {}).items()}
+        groups, entries = named | groups, written | entries  # ours have precedence
     return MappingProxyType(
-        {code: CatalogueEntry(code, **entry) for code, entry in tomllib.loads(text).items()}
+        {
+            code: CatalogueEntry(code, **entries[code], group=groups[_number(code) // 100])
+            for code in sorted(entries, key=_number)
+        }
     )
+
+
+def _texts() -> Iterator[str]:
+    """Yield the catalogue, and the part of each command."""
+    yield files("bt_mission.base").joinpath("error_catalogue.toml").read_text(encoding="utf-8")
+    for file in dict.fromkeys(row.errors for row in all_rows().values()):
+        if file is not None:
+            yield file.read_text(encoding="utf-8")
+
+
+def _number(code: str) -> int:
+    return int(code.removeprefix("BT-"))
 
 
 def shown(example: str) -> str:

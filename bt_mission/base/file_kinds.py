@@ -3,87 +3,100 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
+from bt_mission.base.commands import (
+    ROWS,
+    CommandRow,
+    FileFormat,
+    all_rows,
+    brought_kinds,
+    rows,
+    ways,
+)
 from bt_mission.base.diagnostics import Diagnostic, InputError, quoted
-from bt_mission.base.files import SUFFIXES, is_file, known_kind_of_text, open_file, text_to_look_at
+from bt_mission.base.files import (
+    SUFFIXES,
+    is_file,
+    known_kind_of_text,
+    open_file,
+    text_to_look_at,
+    top_keys,
+)
 
-
-@dataclass(frozen=True)
-class Format:
-    """A kind of file.
-
-    Attributes:
-        noun: What messages call a file of it, with its article.
-        way: What to do with one; ``{}`` stands for its path.
-    """
-
-    noun: str
-    way: str
-
-
-_RUN = "use `bt-mission run {}`"
 _WORLD = "a world has walls and boxes: see `bt-mission docs files#worlds`"
 _MODEL = "see `bt-mission docs arms`"
+_CHECKS = "bt_mission.sessions.file_checks"
+_RANGES = "bt_mission.scenarios.concrete.ranges"
+
+
+def _checked(noun: str, check: str, schema: str) -> FileFormat:
+    return FileFormat(noun, check=check, schema=schema)
+
+
 FORMATS = {
-    "mission": Format("a mission", _RUN),
-    "scenario": Format("a scenario", _RUN),
-    "fleet": Format("a fleet", _RUN),
-    "tree": Format(
-        "a tree of BehaviorTree.CPP", "use `bt-mission run {}` or `bt-mission convert {}`"
+    "mission": FileFormat("a mission", schema="bt_mission.language.schema:mission_schema"),
+    "scenario": FileFormat("a scenario", schema="bt_mission.scenarios.schema:scenario_schema"),
+    "fleet": FileFormat("a fleet", schema="bt_mission.scenarios.fleets.file:fleet_schema"),
+    "world": _checked("a world", f"{_CHECKS}:check_world", f"{_CHECKS}:world_schema"),
+    "robot": _checked("a robot", f"{_CHECKS}:check_robot", f"{_CHECKS}:robot_schema"),
+    "requirements": _checked(
+        "a file of requirements", f"{_CHECKS}:check_requirements", f"{_CHECKS}:requirements_schema"
     ),
-    "world": Format("a world", "use `bt-mission run MISSION --world {}`"),
-    "robot": Format("a robot", "use `bt-mission run MISSION --robot {}`"),
-    "requirements": Format("a file of requirements", "use `bt-mission run MISSION --require {}`"),
-    "ranges": Format(
-        "a file of ranges",
-        "use `bt-mission falsify MISSION --within {}` or `bt-mission sweep MISSION --within {}`",
-    ),
-    "site": Format("the file of a site", "use `bt-mission serve --site {}`"),
-    "parameters": Format("a ROS parameter file", "use `bt-mission servers --params {}`"),
-    "foreign parameters": Format(
+    "ranges": _checked("a file of ranges", f"{_RANGES}:check_ranges", f"{_RANGES}:ranges_schema"),
+    "tree": FileFormat("a tree of BehaviorTree.CPP"),
+    "parameters": FileFormat("a ROS parameter file"),
+    "foreign parameters": FileFormat(
         "a ROS parameter file of other nodes",
         "the limits of goals are in a robot file: see `bt-mission docs files#robots`",
     ),
-    "recording": Format("a recording", "use `bt-mission replay {}`"),
-    "foreign recording": Format(
-        "a recording (MCAP) of another program",
-        "use `bt-mission verify {} --require FILE` or `bt-mission reproduce {}`",
-    ),
-    "bag folder": Format(
-        "the folder of a bag", "use `bt-mission report {}` or `bt-mission reproduce {}`"
-    ),
-    "sqlite bag": Format(
+    "recording": FileFormat("a recording"),
+    "foreign recording": FileFormat("a recording (MCAP) of another program"),
+    "bag folder": FileFormat("the folder of a bag"),
+    "sqlite bag": FileFormat(
         "a bag in SQLite",
         "convert it: write 'output_bags: [{uri: converted, storage_id: mcap, all_topics: true, "
         "all_services: true}]' to out.yaml, run `ros2 bag convert -i {} -o out.yaml`, and use the "
         "folder 'converted'",
     ),
-    "bag metadata": Format("the description of a bag", "name its folder"),
-    "trace": Format("a trace", "use `bt-mission replay {}` or `bt-mission diff {} OTHER`"),
-    "journal": Format("a journal", "use `bt-mission run MISSION --attach --journal {} --resume`"),
-    "sweep folder": Format("the folder of a sweep", "use `bt-mission sweep-report {}`"),
-    "sweep results": Format(
-        "the database of a sweep", "name its folder: `bt-mission sweep-report`"
-    ),
-    "map": Format("a map of map_server", _WORLD),
-    "map image": Format("an image", _WORLD),
-    "urdf": Format("a URDF", f"a robot file takes an MJCF model: {_MODEL}"),
-    "sdf": Format("an SDF", _WORLD),
-    "mjcf": Format("a MuJoCo model (MJCF)", f"name it in a robot file: {_MODEL}"),
-    "python": Format(
+    "bag metadata": FileFormat("the description of a bag", "name its folder"),
+    "trace": FileFormat("a trace"),
+    "journal": FileFormat("a journal"),
+    "sweep folder": FileFormat("the folder of a sweep"),
+    "sweep results": FileFormat("the database of a sweep", "name its folder"),
+    "map": FileFormat("a map of map_server", _WORLD),
+    "map image": FileFormat("an image", _WORLD),
+    "urdf": FileFormat("a URDF", f"a robot file takes an MJCF model: {_MODEL}"),
+    "sdf": FileFormat("an SDF", _WORLD),
+    "mjcf": FileFormat("a MuJoCo model (MJCF)", f"name it in a robot file: {_MODEL}"),
+    "python": FileFormat(
         "a Python file",
         "name its class in a mission, as {}:CLASS: see `bt-mission docs python`",
     ),
-    "interface": Format("a ROS interface", "a mission names its type: PACKAGE/action/NAME"),
-    "page": Format("an HTML page", "open it in a browser"),
-    "launch file": Format("a launch file", "use `ros2 launch {}`"),
+    "interface": FileFormat("a ROS interface", "a mission names its type: PACKAGE/action/NAME"),
+    "page": FileFormat("an HTML page", "open it in a browser"),
+    "launch file": FileFormat("a launch file", "use `ros2 launch {}`"),
 }
-"""Every kind that is recognized."""
+"""Every kind that is recognized, but for those that commands bring."""
 
-MISSIONS = ("mission", "tree")
+
+def format_named(kind: str) -> FileFormat:
+    """Return a kind of file by its name. Raises KeyError."""
+    return FORMATS.get(kind) or brought_kinds(all_rows())[kind]
+
+
+def way_with(kind: str, path: str) -> str:
+    """Return what to do with a file of a kind, such as "use `bt-mission run FILE`"; or nothing."""
+    commands = ways(kind)
+    way = format_named(kind).way or (commands and f"use {commands}")
+    return way.replace("{}", path)
+
+
+MISSIONS = (
+    "mission",
+    *(kind for row in ROWS if row.missions and row.is_there for kind in row.missions),
+)
 RUNS = (*MISSIONS, "scenario", "fleet")
 """What `run` takes."""
 PLAIN = ("world", "robot", "requirements", "ranges")
@@ -122,7 +135,6 @@ _FOREIGN_YAML = {
     "map": re.compile(r"^(image|resolution|occupied_thresh)[ ]*:", re.MULTILINE),
     "bag metadata": re.compile(r"^rosbag2_bagfile_information[ ]*:", re.MULTILINE),
     "parameters": re.compile(r"^[ ]+ros__parameters[ ]*:", re.MULTILINE),
-    "site": re.compile(r"^(site|approvers)[ ]*:", re.MULTILINE),
 }
 _RARE = ("tree", "foreign recording", "bag folder", "foreign parameters")
 _BEGINNING = 4096
@@ -170,9 +182,17 @@ def _yaml(text: str) -> str | None:
     known = known_kind_of_text(text)
     if known in (*RUNS, "world", "robot"):
         return known
-    kind = next((name for name, key in _FOREIGN_YAML.items() if key.search(text)), known)
+    kind = next((name for name, key in _FOREIGN_YAML.items() if key.search(text)), None)
+    kind = kind or _brought(text, rows()) or known or _brought(text, all_rows())
     is_foreign = kind == "parameters" and not _OUR_NODES.search(text)
     return "foreign parameters" if is_foreign else kind
+
+
+def _brought(text: str, known: Mapping[str, CommandRow]) -> str | None:
+    """Return the kind of a text that one of the rows brings."""
+    keys = top_keys(text)
+    kinds = brought_kinds(known)
+    return next((name for name, kind in kinds.items() if keys & kind.keys), None)
 
 
 def _by_name(path: Path) -> str | None:
@@ -190,15 +210,14 @@ def refuse_other_formats(path: Path, wanted: Collection[str]) -> None:
     kind = format_of(path)
     if kind is None or kind in wanted:
         return
-    known = FORMATS[kind]
-    way = known.way.replace("{}", str(path))
-    message = f"is {known.noun}; expected {expected(wanted)}; {way}"
+    parts = (f"is {format_named(kind).noun}", f"expected {expected(wanted)}")
+    message = "; ".join(filter(None, (*parts, way_with(kind, str(path)))))
     raise InputError([Diagnostic("BT-111", message, str(path))])
 
 
 def expected(wanted: Collection[str]) -> str:
     """Return the kinds that are wanted, as words, without those that are rare."""
-    nouns = [FORMATS[kind].noun for kind in wanted if kind not in _RARE]
+    nouns = [format_named(kind).noun for kind in wanted if kind not in _RARE]
     return " or ".join(filter(None, (", ".join(nouns[:-1]), nouns[-1])))
 
 
@@ -215,6 +234,6 @@ def recording_of(folder: Path) -> Path:
         names = ", ".join(path.name for path in files)
         message = f"the bag has {len(files)} recordings ({names}); name one of them"
         raise InputError([Diagnostic("BT-111", message, str(folder))])
-    way = FORMATS["sqlite bag"].way.replace("{}", str(folder))
+    way = way_with("sqlite bag", str(folder))
     message = f"the bag has no MCAP file; {way}"
     raise InputError([Diagnostic("BT-111", message, quoted(str(folder)))])

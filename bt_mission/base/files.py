@@ -213,8 +213,13 @@ def kind_of_text(text: str) -> FileKind:
 
 def known_kind_of_text(text: str) -> FileKind | None:
     """Return the kind of the text of a file; None without a key of any."""
-    keys = frozenset(_TOP_KEY.findall(text))
+    keys = top_keys(text)
     return next((kind for kind, known in _KEYS.items() if keys & known), None)
+
+
+def top_keys(text: str) -> frozenset[str]:
+    """Return the keys at the top of a YAML text, as a first look finds them."""
+    return frozenset(_TOP_KEY.findall(text))
 
 
 def is_scenario(path: str | Path) -> bool:

@@ -3,126 +3,55 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-COMMANDS: Mapping[str, str] = {
-    "run": "run a mission",
-    "play": "run programs of rclpy with the simulated robot, without a mission",
-    "watch": "monitor a running mission; pause, step or stop it",
-    "revise": "continue a running mission with another version of its file",
-    "edit": "write, check, draw and run missions in a browser",
-    "check": "check mission files and report every error",
-    "convert": "convert missions between YAML and the XML of Groot 2",
-    "new": "create a project: a mission, a world, a test, and editor settings",
-    "missions": "list shipped and local missions; copy one to edit",
-    "worlds": "list worlds; copy one to edit",
-    "robots": "list robots; copy one to edit",
-    "tree": "draw the tree of a mission as text, DOT, SVG or PNG",
-    "schema": "print the JSON Schema of a kind of file, for editors",
-    "serve": "run missions that other nodes send as goals of /execute_mission",
-    "mcp": "let agents propose missions, collect evidence, and drive with a permit",
-    "approve": "permit one drive of a mission that an agent has proposed",
-    "actions": "list actions; send, cancel and watch goals",
-    "topics": "list topics; show their messages and rates",
-    "services": "list and call services",
-    "sim": "run the simulated robot alone, as a ROS node",
-    "servers": "run the action servers alone, as a ROS node",
-    "mapper": "run the mapper alone, as a ROS node",
-    "arbiter": "give stop, joystick and missions access to one base, in this order of priority",
-    "replay": "play back a recording or a trace",
-    "fork": "repeat a recorded run up to an instant, then continue with a change",
-    "report": "generate an HTML report of a recorded run",
-    "verify": "evaluate requirements on a recording",
-    "sweep": "run a mission with many seeds, inputs, worlds and faults",
-    "sweep-report": "show the results of a sweep as tables and an HTML page",
-    "falsify": "search for a scenario that breaks a mission",
-    "reproduce": "turn a recording into a scenario that repeats its run in the simulation",
-    "prove": "check a mission against every answer that its servers can give",
-    "diff": "show the first difference between the traces of two runs",
-    "explain": "explain an error code, such as BT-203, with an example",
-    "doctor": "check this machine and list what to install",
-    "docs": "show or search the documentation",
-    "completion": "print the completion script for bash, zsh or fish",
-}
-"""Their names, with the line of each in the list of commands."""
+from bt_mission.base.commands import ROWS, CommandRow, all_rows, row_of
+from bt_mission.base.errors import BtMissionError
 
-PAGES: Mapping[str, Sequence[str]] = {
-    "run": ("first-mission", "scenarios", "recording"),
-    "play": ("test-the-server-you-have", "own-nodes"),
-    "watch": ("terminal", "watch-in-a-browser"),
-    "revise": ("change-while-it-drives",),
-    "edit": ("edit-in-a-browser", "mission-language"),
-    "check": ("mission-language", "nodes", "errors"),
-    "convert": ("groot",),
-    "new": ("own-project", "first-mission"),
-    "missions": ("own-project", "mission-language"),
-    "worlds": ("own-project", "files"),
-    "robots": ("own-project", "files"),
-    "tree": ("command-line-tools",),
-    "schema": ("own-project", "files"),
-    "serve": ("serving", "deploy"),
-    "mcp": ("let-an-agent-propose-missions", "agents"),
-    "approve": ("let-an-agent-propose-missions", "agents"),
-    "actions": ("command-line-tools", "actions"),
-    "topics": ("command-line-tools",),
-    "services": ("command-line-tools",),
-    "sim": ("simulator", "files"),
-    "servers": ("actions", "real-robot", "safety"),
-    "mapper": ("exploration", "real-robot"),
-    "arbiter": ("real-robot", "safety"),
-    "replay": ("terminal", "recording"),
-    "fork": ("fork",),
-    "report": ("recording",),
-    "verify": ("how-to/requirements", "reference/requirements"),
-    "sweep": ("cluster", "sweeps", "ranges"),
-    "sweep-report": ("sweeps", "cluster"),
-    "falsify": ("break-your-mission", "search", "ranges"),
-    "reproduce": ("from-a-recording-to-a-test", "recording"),
-    "prove": ("prove-a-mission",),
-    "diff": ("trace",),
-    "explain": ("errors", "troubleshooting"),
-    "doctor": ("install", "troubleshooting"),
-    "completion": ("command-line-tools",),
-}
-"""The pages of the documentation about each command, which its help names."""
+if TYPE_CHECKING:
+    from bt_mission.cli.parser import Command
 
-_MODULES = {
-    **dict.fromkeys(("missions", "worlds", "robots"), "listed_files"),
-    **dict.fromkeys(("sim", "servers", "mapper", "arbiter"), "node_command"),
-    **{name: f"graph.{name}" for name in ("actions", "topics", "services")},
-    **{
-        name: f"{name}.command"
-        for name in (
-            "convert",
-            "docs",
-            "edit",
-            "falsify",
-            "fork",
-            "new",
-            "prove",
-            "reproduce",
-            "sweep",
+
+def declared(row: CommandRow) -> Command:
+    """Return the declaration of a command.
+
+    Raises:
+        BtMissionError: Its folder is absent, or a package that it imports is.
+    """
+    if not row.is_there:
+        folders = " and ".join(row.absent)
+        raise BtMissionError(
+            f"'{row.name}' is not part of this installation: {folders} is absent", code="BT-905"
         )
-    },
-    "mcp": "agents.mcp_command",
-    "approve": "agents.approve_command",
-    "schema": "check",
-    "sweep-report": "sweep.report_command",
-}
+    try:
+        command: Command = import_module(row.declared_in).COMMANDS[row.name]
+    except ModuleNotFoundError as error:
+        raise lacks(row, error) from error
+    return command
 
 
-def module_of(name: str) -> str:
-    """Return the module whose ``COMMANDS`` have the declaration of a command."""
-    return f"bt_mission.commands.{_MODULES.get(name, name)}"
+def lacks(row: CommandRow, error: ModuleNotFoundError) -> BtMissionError:
+    """Return the error about a package that a command lacks, with what installs it."""
+    way = f": pip install 'bt-mission[{row.extra}]'" if row.extra else ""
+    return BtMissionError(f"'{row.name}' needs the package {error.name}{way}", code="BT-905")
+
+
+def called(words: Sequence[str]) -> CommandRow | None:
+    """Return the row of the command that words of the command line begin with."""
+    try:
+        row = row_of(words[0]) if words else None
+    except KeyError:
+        return None
+    return row if row and row.help else None
 
 
 def passed_on(words: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
     """Return the words for a command, and those after ``--`` for what it runs."""
-    if "--" in words and words[0] in COMMANDS:
-        command = import_module(module_of(words[0])).COMMANDS[words[0]]
-        if command.passes_on:
+    if "--" in words:
+        row = called(words)
+        if row and declared(row).passes_on:
             at = words.index("--")
             return words[:at], words[at + 1 :]
     return words, ()
@@ -133,10 +62,10 @@ class Commands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: S
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._unloaded = dict(COMMANDS)
-        for name, words in COMMANDS.items():
+        self._is_listed = False
+        self._unloaded = {row.name: row for row in ROWS if row.help}
+        for name in self._unloaded:
             self._name_parser_map[name] = None
-            self._choices_actions.append(self._ChoicesPseudoAction(name, (), words))
 
     def __call__(
         self,
@@ -151,17 +80,38 @@ class Commands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: S
         namespace.root = parser
         super().__call__(parser, namespace, values, option_string)
 
+    def know_all(self) -> None:
+        """List the commands whose folders are there, and those of other packages."""
+        if self._is_listed:
+            return
+        self._is_listed = True
+        known = {name: row for name, row in all_rows().items() if row.help}
+        for name in [name for name in self._unloaded if name not in known]:
+            del self._unloaded[name], self._name_parser_map[name]
+        for name, row in known.items():
+            if name not in self._name_parser_map:
+                self._unloaded[name], self._name_parser_map[name] = row, None
+            self._choices_actions.append(self._ChoicesPseudoAction(name, (), row.help))
+
     def load(self, name: str) -> None:
         """Import the module of a command and make its parser."""
-        if self._unloaded.pop(name, None) is not None:
+        row = self._unloaded.pop(name, None)
+        if row is not None:
             del self._name_parser_map[name]
-            import_module(module_of(name)).COMMANDS[name].add_to(self, name, PAGES.get(name, ()))
+            declared(row).add_to(self, name, row.pages)
+
+
+def commands_of(parser: argparse.ArgumentParser) -> Commands:
+    """Return the argument of the command line's parser that names a command, with all of them."""
+    # argparse has no public way to its arguments.
+    (commands,) = (choice for choice in parser._actions if isinstance(choice, Commands))  # noqa: SLF001
+    commands.know_all()
+    return commands
 
 
 def load_commands(parser: argparse.ArgumentParser) -> Commands:
     """Make the parsers of all commands of the command line's parser, in their order."""
-    # argparse has no public way to its arguments.
-    (commands,) = (choice for choice in parser._actions if isinstance(choice, Commands))  # noqa: SLF001
-    for name in COMMANDS:
+    commands = commands_of(parser)
+    for name in [name for name, row in all_rows().items() if row.help]:
         commands.load(name)
     return commands

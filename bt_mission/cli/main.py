@@ -12,10 +12,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
+from bt_mission.base.commands import all_rows
 from bt_mission.base.errors import BtMissionError, NotThereError
 from bt_mission.base.interrupts import replaced_handlers
 from bt_mission.base.terminal.streams import STANDARD_OUTPUT, escaped_output, unescaped
-from bt_mission.cli.commands import Commands, passed_on
+from bt_mission.cli.commands import Commands, called, commands_of, lacks, passed_on
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.cli.inputs import settle_inputs
 from bt_mission.cli.outputs import refuse_outputs
@@ -25,20 +26,26 @@ from bt_mission.cli.ros_arguments import split
 TRACEBACK = "BT_MISSION_TRACEBACK"
 """Set in the environment, it shows where an unexpected error came from."""
 
-EPILOG = """\
-examples:
-  bt-mission run explore              a shipped mission, as fast as possible
-  bt-mission run mine.yaml --speed 1  your own mission, in real time
-  bt-mission watch                    monitor it from another terminal
-  bt-mission check mine.yaml          report every error before anything moves
-  bt-mission convert mine.yaml        the same mission as XML, for Groot 2
-  bt-mission verify run.mcap          evaluate the requirements of a recorded run
-  bt-mission docs two robots          search the documentation in the terminal
-  bt-mission doctor                   check that everything required is installed
-
+EXIT_CODES = """\
 exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot be written, 130
 interrupted; `actions` and `services` have more, listed in their help
 """
+
+
+class RootParser(Parser):
+    """Parses the whole command line; its help lists the commands that are there."""
+
+    def format_help(self) -> str:
+        """Return the help, with the example of each command that has one."""
+        commands_of(self)
+        lines = [row.example for row in all_rows().values() if row.example]
+        self.epilog = "\n".join(["examples:", *lines, "", EXIT_CODES])
+        return super().format_help()
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if isinstance(action, Commands) and value not in (action.choices or ()):
+            action.know_all()
+        super()._check_value(action, value)
 
 
 class Version(argparse.Action):
@@ -109,6 +116,11 @@ def _run_command(parser: Parser, arguments: Sequence[str] | None) -> int:
         settle_inputs(options)
         with _leaving_at_once() if options.leaves_at_once else nullcontext():
             code = int(options.command(options))
+    except ModuleNotFoundError as error:
+        row = called(options.words)
+        if row is None or not row.extra:
+            raise
+        raise lacks(row, error) from error
     except SystemExit:  # after a help text, for example
         sys.stdout.flush()
         raise
@@ -127,15 +139,14 @@ def _leaving_at_once() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def make_parser() -> Parser:
+def make_parser() -> RootParser:
     """The parser of all commands, each of which is loaded when it is called."""
-    parser = Parser(
+    parser = RootParser(
         prog="bt-mission",
         description="Run missions written in YAML as behaviour trees over ROS 2 actions.",
-        epilog=EPILOG,
     )
     parser.add_argument("--version", action=Version, nargs=0, help="print the version and exit")
-    parser.add_subparsers(metavar="command", action=Commands)
+    parser.add_subparsers(metavar="command", action=Commands, parser_class=Parser)
     return parser
 
 

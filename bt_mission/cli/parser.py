@@ -49,9 +49,9 @@ class Option:
         completes: The kind of names that a shell completes for it (``completion.KINDS``).
         needs: Other options, of which one has to be given with it, by their attributes.
         excludes: Other options that cannot be given with it.
-        not_for: Kinds of file (``core.files.kind_of``) to which it does not apply.
+        not_for: Kinds of file (``base.files.kind_of``) to which it does not apply.
         page: The page of the documentation about it (``bt-mission docs``).
-        takes: Kinds of file that it names (``core.file_kinds.FORMATS``); none where any will do.
+        takes: Kinds of file that it names (``base.file_kinds.FORMATS``); none where any will do.
         check: Called where it is given, before the command starts; raises where the machine lacks
             what it needs.
     """
@@ -180,7 +180,7 @@ class Command:
         options: What it takes, in the order of its help.
         epilog: What its help ends with, before the pages.
         help: Its line in the help of the command above; those of the command line have theirs in
-            :data:`bt_mission.cli.commands.COMMANDS`.
+            their rows (:mod:`bt_mission.base.commands`).
         commands: Those below it.
         takes_ros_args: Hand ``--ros-args`` to its node.
         leaves_at_once: A signal ends the process while the command has nothing to halt.
@@ -277,12 +277,12 @@ class HelpText(argparse.HelpFormatter):
 
 def _way_of_file(word: str) -> str | None:
     """Return the command for a file that was given in place of a command."""
-    from bt_mission.base.file_kinds import FORMATS, format_of
+    from bt_mission.base.file_kinds import format_of, way_with
 
     kind = format_of(Path(word))
     if kind is None and Path(word).suffix not in SUFFIXES:
         return None
-    return "it is a file: " + FORMATS[kind or "mission"].way.replace("{}", word)
+    return f"it is a file: {way_with(kind or 'mission', word)}"
 
 
 _FILE_OPTIONS = {"--mission", "--file", "--scenario", "--fleet", "--recording"}

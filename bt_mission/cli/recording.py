@@ -1,4 +1,4 @@
-"""Options of commands that keep a run in files: its trace, a recording, a page, a video."""
+"""Options of commands that keep a run in files: its trace, a recording, a page, and added ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from bt_mission.base.commands import added
 from bt_mission.base.errors import cause_of
+from bt_mission.cli.additions import Kept, RunFile, RunFileKind
 from bt_mission.cli.argument_types import FileType, output_file
 from bt_mission.cli.options import FORCE
 from bt_mission.cli.outputs import file_of_robot
@@ -19,38 +21,11 @@ from bt_mission.cli.parser import Option, each
 if TYPE_CHECKING:
     from bt_mission.base.output import OutputFile
     from bt_mission.cli.run_plan import Summary
-    from bt_mission.commands.video.recorder import VideoRecorder
     from bt_mission.executive.trace import TraceFile
     from bt_mission.recording.writer import RunRecorder
     from bt_mission.sessions.session import Run, Session
 
 
-Kept = dict[str, str | int]
-"""The files of a run by name, for output as JSON."""
-
-
-def _check_encoder() -> None:
-    from bt_mission.commands.video.mp4 import load_encoder
-
-    load_encoder()
-
-
-VIDEO = Option(
-    "--video FILE.mp4",
-    "save a video of the simulated run, from above and through the camera",
-    FileType("output", (".mp4",), "videos are MP4 files", takes_devices=False),
-    excludes=each(
-        "attach",
-        why="it shows a simulation in this process; record the camera (--record FILE.mcap "
-        "--record-camera) for Foxglove, or generate a report (--report FILE.html)",
-    ),
-    not_for=each(
-        "fleet",
-        why="a video shows one robot; record the fleet (--record FILE.mcap) and replay it",
-    ),
-    page="recording",
-    check=_check_encoder,
-)
 RECORDING_OPTIONS = (
     Option(
         "--trace FILE.jsonl", "write the events of the run to this file, as JSON lines", output_file
@@ -81,7 +56,7 @@ RECORDING_OPTIONS = (
         "mcap-ros2-support and rosbags refuse",
         needs=each("record"),
     ),
-    VIDEO,
+    *(kind.option for kind in added("recording")),
     FORCE,
 )
 """Where a run is kept, and what of it."""
@@ -89,7 +64,7 @@ RECORDING_OPTIONS = (
 
 @contextmanager
 def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunFiles]:
-    """Save the run as the options ask: a recording, a page, a video, or nothing.
+    """Save the run as the options ask, or nothing.
 
     Raises:
         BtMissionError: When a file cannot be written.
@@ -101,12 +76,16 @@ def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunF
             stack.enter_context(TraceFile(run.runner.trace, path))
             for run, path in _traces_of(options.trace, session)
         ]
-        film = stack.enter_context(_film_of(options.video, session))
+        others = [
+            made
+            for kind, path in _other_files(options)
+            if (made := stack.enter_context(kind.open(path, session))) is not None
+        ]
         path = options.record
         if path is None and options.report is not None:
             path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
         if path is None:
-            yield RunFiles(None, None, None, film, traces)
+            yield RunFiles(None, None, None, others, traces)
             return
         from bt_mission.recording.contents import RecordingOptions
         from bt_mission.recording.writer import RunRecorder
@@ -115,7 +94,7 @@ def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunF
             camera=options.record_camera or "none", raw_actions=options.record_raw_actions
         )
         recorder = stack.enter_context(RunRecorder(session, path, wanted))
-        yield RunFiles(recorder, options.record, options.report, film, traces)
+        yield RunFiles(recorder, options.record, options.report, others, traces)
 
 
 def _traces_of(path: Path | None, session: Session) -> Iterator[tuple[Run, Path]]:
@@ -126,23 +105,12 @@ def _traces_of(path: Path | None, session: Session) -> Iterator[tuple[Run, Path]
             yield run, path if len(session.runs) == 1 else file_of_robot(path, name)
 
 
-@contextmanager
-def _film_of(path: Path | None, session: Session) -> Iterator[VideoRecorder | None]:
-    """A film of a session on the stage, to be finished; None where none is wanted."""
-    from bt_mission.sessions.stage import Stage
-
-    if path is None or not isinstance(session, Stage):
-        yield None
-        return
-    from bt_mission.commands.video.mp4 import Mp4File
-    from bt_mission.commands.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, VideoRecorder
-    from sim.views.views import WorldViews
-
-    robot = session.runs[0].robot
-    views = WorldViews(robot, above=ABOVE, ahead=AHEAD)
-    zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in robot.physics.world.zones]
-    with VideoRecorder(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
-        yield film
+def _other_files(options: argparse.Namespace) -> Iterator[tuple[RunFileKind, Path]]:
+    """Yield the added kinds of files that are asked for, with their paths."""
+    for kind in added("recording"):
+        path = getattr(options, kind.option.attribute)
+        if path is not None:
+            yield kind, path
 
 
 @dataclass(frozen=True)
@@ -152,12 +120,15 @@ class RunFiles:
     recorder: RunRecorder | None
     recording: Path | None
     page: Path | None
-    film: VideoRecorder | None
+    others: Sequence[RunFile] = ()
     traces: Sequence[TraceFile] = ()
 
     def finish(self, report: Summary) -> Kept:
         """Close all files, and make the page; gives what is to be said of them, by name."""
-        return {**self._finish_traces(), **self._finish_film(), **self._finish_recording(report)}
+        kept = self._finish_traces()
+        for made in self.others:
+            kept |= made.finish()
+        return kept | self._finish_recording(report)
 
     def is_incomplete(self, kept: Kept) -> bool:
         """Return whether a file that was asked for is cut, or was not written.
@@ -165,8 +136,7 @@ class RunFiles:
         A recording that only lacks topics is not one of these.
         """
         outputs = [trace.file for trace in self.traces]
-        if self.film is not None:
-            outputs.append(self.film.file.output)
+        outputs += [made.output for made in self.others]
         if self.recorder is not None and self.recording is not None:
             outputs.append(self.recorder.file.output)
         cut = (file.fault is not None or file.is_deleted or file.remark for file in outputs)
@@ -179,19 +149,7 @@ class RunFiles:
             return {}
         return {
             "trace": ", ".join(str(trace.file.place) for trace in self.traces),
-            "trace_lacks": _lacks(*((trace.missing, trace.file) for trace in self.traces)),
-        }
-
-    def _finish_film(self) -> Kept:
-        film = self.film
-        if film is None:
-            return {}
-        film.finish()
-        return {
-            "video": str(film.file.path),
-            "video_frames": film.file.frames,
-            "video_bytes": film.file.bytes,
-            "video_lacks": _lacks((film.missing, film.file.output)),
+            "trace_lacks": lacks(*((trace.missing, trace.file) for trace in self.traces)),
         }
 
     def _finish_recording(self, report: Summary) -> Kept:
@@ -202,8 +160,8 @@ class RunFiles:
         kept: Kept = {}
         if self.recording is not None:
             file = self.recorder.file
-            lacks = _lacks((self.recorder.missing, file.output))
-            kept = {"recording": str(file.path), "recording_lacks": lacks}
+            missing = lacks((self.recorder.missing, file.output))
+            kept = {"recording": str(file.path), "recording_lacks": missing}
         if self.page is not None:
             from bt_mission.views.web.report.page import write_report
 
@@ -215,7 +173,7 @@ class RunFiles:
         return kept
 
 
-def _lacks(*files: tuple[str, OutputFile]) -> str:
+def lacks(*files: tuple[str, OutputFile]) -> str:
     """Say what closed files lack, and where an old one is still there."""
     return "; ".join(filter(None, (text for lacks, file in files for text in (lacks, file.remark))))
 
@@ -224,12 +182,10 @@ def file_lines(kept: Kept) -> list[str]:
     """Return a line about each saved file, and about the trace only if it is incomplete."""
     lines = []
     if kept.get("trace_lacks"):
-        lines.append(_line(f"  trace in {kept['trace']}", kept["trace_lacks"]))
-    if "video" in kept:
-        size = f"{kept['video_frames']} frames, {int(kept['video_bytes']) / 1e6:.2f} MB"
-        lines.append(_line(f"  video saved to {kept['video']} ({size})", kept["video_lacks"]))
+        lines.append(file_line(f"  trace in {kept['trace']}", kept["trace_lacks"]))
+    lines += [line for kind in added("recording") for line in kind.lines(kept)]
     if "recording" in kept:
-        lines.append(_line(f"  recorded to {kept['recording']}", kept["recording_lacks"]))
+        lines.append(file_line(f"  recorded to {kept['recording']}", kept["recording_lacks"]))
     if "report" in kept:
         lines.append(f"  report: {kept['report']}")
     if "report_lacks" in kept:
@@ -237,5 +193,6 @@ def file_lines(kept: Kept) -> list[str]:
     return lines
 
 
-def _line(text: str, lacks: str | int) -> str:
+def file_line(text: str, lacks: str | int) -> str:
+    """Return a line about a file, with what it lacks."""
     return f"{text}; it lacks {lacks}" if lacks else text

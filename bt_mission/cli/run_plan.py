@@ -9,10 +9,11 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
+from bt_mission.cli.additions import shown_by
+from bt_mission.cli.checked import examined_file, examined_fleet, permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
-from bt_mission.commands.check import examined_file, examined_fleet, permissions_of
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
@@ -224,7 +225,7 @@ def _stage_options(
         visible=options.visible or options.editable,
         editable=options.editable,
         network=options.network,
-        watched=options.tui or options.web or options.foxglove,
+        watched=bool(options.tui or options.web or shown_by(options)),
         props=most_obstacles() if faults or takes_faults(options) else own.props,
     )
 

@@ -12,11 +12,11 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from bt_mission.cli import recording
+from bt_mission.cli.additions import Kept, shown_around, shown_by
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
 from bt_mission.cli.run_plan import RunPlan, Summarize, Summary, takes_faults
 from bt_mission.cli.view import windows
 from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web_server
-from bt_mission.commands.foxglove.command import foxglove_on
 
 if TYPE_CHECKING:
     from bt_mission.base.interrupts import InterruptSignals
@@ -37,7 +37,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
     """
     from bt_mission.base.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.base.memory import settle_memory
-    from bt_mission.commands.watch import is_drawable
+    from bt_mission.cli.screen import is_drawable
     from bt_mission.sessions.drive import driving, finish
 
     on_page = options.web and not options.attach
@@ -51,7 +51,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
             session.executive.breakpoints.add(node)
         live = _live_faults(options, session)
         summarize = stack.enter_context(plan.preparing(session, live))
-        stack.enter_context(foxglove_on(options, session))
+        stack.enter_context(shown_around(options, session))
         if not on_page:
             name = session.node.get_fully_qualified_name()
             stack.enter_context(watching_process(options, name))
@@ -59,7 +59,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
         onlookers = [*windows(session, wanted=options.view)]
         if not on_screen:
             onlookers.append(_view(options, plan, plain=options.plain or on_page))
-        kept: recording.Kept = {}
+        kept: Kept = {}
         end = _ending(options, session, summarize, files, kept)
         if session.watch is not None:
             say_end = partial(_print_last, options, plan, session, end, kept)
@@ -94,7 +94,7 @@ def _ending(
     session: Session,
     summarize: Summarize,
     files: recording.RunFiles,
-    kept: recording.Kept,
+    kept: Kept,
 ) -> Callable[[Reports], Summary]:
     """Return what is due at the end of the run; a page may stay for long after it."""
 
@@ -182,13 +182,11 @@ def shown_on_page(
 
 def pace(options: argparse.Namespace) -> float | None:
     """Views show the run in real time, unless the options give another speed."""
-    is_shown = options.tui or options.view or options.web or options.foxglove
+    is_shown = options.tui or options.view or options.web or shown_by(options)
     return options.speed or (1.0 if is_shown and not options.attach else None)
 
 
-def _print(
-    options: argparse.Namespace, plan: RunPlan, summary: Summary, kept: recording.Kept
-) -> None:
+def _print(options: argparse.Namespace, plan: RunPlan, summary: Summary, kept: Kept) -> None:
     result = plan.judge(summary)
     if options.json:
         judged = {} if result is None else {"scenario": result.as_dict()}
@@ -203,7 +201,7 @@ def _print_last(
     plan: RunPlan,
     session: Session,
     end: Callable[[Reports], Summary],
-    kept: recording.Kept,
+    kept: Kept,
 ) -> None:
     """Save the files and print the summary of a run that a callback does not let end."""
     _print(options, plan, end(session.reports()), kept)

@@ -18,16 +18,12 @@ from bt_mission.cli.argument_types import port
 from bt_mission.cli.parser import Option, each
 
 if TYPE_CHECKING:
-    from bt_mission.commands.edit.web.server import EditServer
-    from bt_mission.commands.edit.web.workspace import Workspace
     from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.server import PageServer, WebOptions, WebServer
 
 PORT, LOOPBACK = 8080, "127.0.0.1"
 GROUP = "in a browser"
 NEEDED = ("starlette", "uvicorn", "websockets")
-
-EDITS = "change the files of the folder and run missions with your permissions"
 
 UNSAFE = """\
 --host {host}: other machines can reach the page. Everyone with the link can {what}. The link and \
@@ -106,9 +102,9 @@ def web_server(
     """
     from bt_mission.views.web.server import FAST_FRAME_S, WebServer
 
-    place = _web_options(options)
+    place = place_of(options)
     server = WebServer(shown, replace(place, frame_s=FAST_FRAME_S) if is_fast else place)
-    with _announced(options, server):
+    with announced(options, server):
         yield server
 
 
@@ -117,30 +113,27 @@ def page_server(options: argparse.Namespace, page: str) -> Iterator[PageServer]:
     """As :func:`web_server`, of a page that has all of its data."""
     from bt_mission.views.web.server import PageServer
 
-    server = PageServer(page, _web_options(options))
-    with _announced(options, server):
+    server = PageServer(page, place_of(options))
+    with announced(options, server):
         yield server
 
 
-@contextmanager
-def edit_server(options: argparse.Namespace, workspace: Workspace) -> Iterator[EditServer]:
-    """As :func:`web_server`, of the editor of a folder."""
-    from bt_mission.commands.edit.web.server import EditServer
-
-    server = EditServer(workspace, _web_options(options), keeps_ready=True)
-    what = "read the files of the folder" if options.read_only else EDITS
-    with _announced(options, server, what):
-        yield server
-
-
-def _web_options(options: argparse.Namespace) -> WebOptions:
+def place_of(options: argparse.Namespace) -> WebOptions:
+    """Return where a page is served, and what it may do."""
     from bt_mission.views.web.server import WebOptions
 
     return WebOptions(options.host or LOOPBACK, _port_of(options), options.read_only)
 
 
 @contextmanager
-def _announced(options: argparse.Namespace, server: PageServer, what: str = "") -> Iterator[None]:
+def announced(options: argparse.Namespace, server: PageServer, what: str = "") -> Iterator[None]:
+    """Print the link of a server that listens, open it where that is wanted, and close it.
+
+    Args:
+        options: Those of the page.
+        server: The server.
+        what: What everyone with the link can do.
+    """
     from bt_mission.views.web.gate import is_loopback
 
     host = options.host or LOOPBACK

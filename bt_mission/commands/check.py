@@ -1,4 +1,4 @@
-"""``bt-mission check`` and ``schema``: mistakes in files, before anything moves."""
+"""``bt-mission check``: mistakes in files, before anything moves."""
 
 from __future__ import annotations
 
@@ -6,15 +6,22 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.base.commands import loaded
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.file_kinds import MISSIONS, PLAIN, RUNS, format_of, refuse_other_formats
-from bt_mission.base.files import docs_folder, is_scenario, kind_of
+from bt_mission.base.file_kinds import (
+    MISSIONS,
+    PLAIN,
+    RUNS,
+    format_named,
+    format_of,
+    refuse_other_formats,
+)
+from bt_mission.base.files import docs_folder, kind_of
 from bt_mission.base.text import counted
+from bt_mission.cli.checked import examine_options, examined_file, examined_fleet, goes_to_a_graph
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
 from bt_mission.cli.options import (
     JSON,
@@ -30,118 +37,6 @@ from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
-    from bt_mission.language.permissions import Permissions
-
-
-def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
-    """Load the mission that the options name and check it; gives it with all warnings.
-
-    Raises:
-        InputError: With every error and warning.
-    """
-    from bt_mission.base.diagnostics import InputError
-    from bt_mission.requirements.checks import with_requirements
-    from bt_mission.robots.model import load_robot
-    from bt_mission.sessions.goal_checks import OUR_SERVERS
-    from sim.world.loader import load_world
-
-    mission, diagnostics = _examine(options, None if goes_to_a_graph(options) else OUR_SERVERS)
-    if mission is None:
-        raise InputError(diagnostics)
-    if mission.world:
-        load_world(mission.world, near=mission.file)
-    load_robot(mission.robot, near=mission.file)
-    return observed(with_requirements(mission, options.require), options), diagnostics
-
-
-def _examine(options: argparse.Namespace, servers: Any) -> tuple[Any, tuple[Any, ...]]:
-    from bt_mission.sessions.check import examine
-
-    return examine(
-        mission_file(options),
-        set=dict(options.set),
-        seed=options.seed,
-        world=options.world,
-        robot=options.robot,
-        servers=servers,
-        permissions=permissions_of(options),
-    )
-
-
-def observed(mission: Mission, options: argparse.Namespace) -> Mission:
-    """Return a mission with the observation after its end that `run` is asked for."""
-    seconds = getattr(options, "observe", None)
-    return mission if seconds is None else replace(mission, observe=seconds)
-
-
-def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
-    """Load and check a mission or a scenario; gives it with all warnings.
-
-    Raises:
-        InputError: With every error and warning.
-    """
-    path = mission_file(options)
-    if not is_scenario(path):
-        return examined(options)
-    from bt_mission.base.diagnostics import InputError
-    from bt_mission.requirements.checks import with_requirements
-    from bt_mission.scenarios.loader import ScenarioChanges, examine_scenario
-
-    changes = ScenarioChanges(
-        set=dict(options.set),
-        seed=options.seed,
-        world=options.world,
-        robot=options.robot,
-        permissions=permissions_of(options),
-    )
-    scenario, diagnostics = examine_scenario(path, changes)
-    if scenario is None:
-        raise InputError(diagnostics)
-    mission = observed(with_requirements(scenario.mission, options.require), options)
-    return replace(scenario, mission=mission), diagnostics
-
-
-def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
-    """Load and check a fleet; gives it with all warnings.
-
-    Raises:
-        InputError: With every error and warning.
-        BtMissionError: For options that are about a mission alone.
-    """
-    from bt_mission.base.diagnostics import InputError
-    from bt_mission.scenarios.fleets.loader import FleetChanges, examine_fleet
-
-    changes = FleetChanges(
-        set=dict(options.set),
-        seed=options.seed,
-        world=options.world,
-        observe=getattr(options, "observe", None),
-        require=options.require,
-        permissions=permissions_of(options),
-    )
-    fleet, diagnostics = examine_fleet(mission_file(options), changes)
-    if fleet is None:
-        raise InputError(diagnostics)
-    return fleet, diagnostics
-
-
-def goes_to_a_graph(options: argparse.Namespace) -> bool:
-    """Tell whether the mission's goals are for servers that run already."""
-    given = vars(options)
-    compared = given.get("against") or given.get("graph")
-    return bool(given.get("attach") or (compared and not given["json"]))
-
-
-def permissions_of(options: argparse.Namespace) -> Permissions:
-    """Permissions of a mission; `check` imports Python leaves only with --import-python."""
-    from bt_mission.language.permissions import Permissions
-
-    if options.no_python:
-        return Permissions(python="refuse", hint="--no-python was given")
-    if getattr(options, "import_python", True):
-        return Permissions(constructs="import_python" in options)
-    hint = "--import-python imports it and checks its inputs, --no-python refuses it"
-    return Permissions(python="name", hint=hint)
 
 
 def check_files(options: argparse.Namespace) -> int:
@@ -171,7 +66,7 @@ def _check_file(options: argparse.Namespace) -> int:
         return BAD_INPUT
     for warning in warnings:
         print(warning, file=sys.stderr)
-    kind = kind_of(mission_file(options))
+    kind = kind_to_check(mission_file(options))
     print(f"{model.file}: {kind} '{model.name}' is valid ({_summary(kind, model)})")
     if kind in ("mission", "scenario"):
         _explain_windows(model if kind == "mission" else model.mission)
@@ -189,6 +84,19 @@ def _point_to_prove(mission: Mission, file: str) -> None:
 
     if any(isinstance(step, GoalNode) for step in all_steps(mission)):
         print(f"  'bt-mission prove {file}' explores every answer of its servers")
+
+
+def kind_to_check(path: Path) -> str:
+    """Return the kind of a file that can be checked.
+
+    Raises:
+        InputError: It is recognized as one that cannot.
+    """
+    kind = format_of(path)
+    if kind is not None and format_named(kind).check:
+        return kind
+    refuse_other_formats(path, (*RUNS, *PLAIN))
+    return kind_of(path)
 
 
 def _summary(kind: str, model: Any) -> str:
@@ -235,17 +143,13 @@ def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load and check a file; names in a scenario's faults are looked for on its stage."""
-    refuse_other_formats(mission_file(options), (*RUNS, *PLAIN))
-    kind = kind_of(mission_file(options))
+    kind = kind_to_check(mission_file(options))
     refuse_for_kind(options, kind)
-    if kind == "ranges":
-        from bt_mission.scenarios.concrete.ranges import check_ranges
-
-        return check_ranges(mission_file(options))
-    if kind in PLAIN:
-        from bt_mission.sessions.file_checks import CHECKS
-
-        return CHECKS[kind](mission_file(options), options.robot, options.world)
+    if check := format_named(kind).check:
+        checked: tuple[Any, tuple[Any, ...]] = loaded(check)(
+            mission_file(options), options.robot, options.world
+        )
+        return checked
     if kind == "fleet":
         return examined_fleet(options)
     examined, diagnostics = examined_file(options)
@@ -300,8 +204,8 @@ def _print_refusals(options: argparse.Namespace) -> bool:
         print(f"no node {NODE_NAME} answers, so the limits of goals were not checked")
         return False
     settings = with_parameters(servers.parameters, servers.actions)
-    known = set(_examine(options, None)[1])
-    refused = [each for each in _examine(options, settings)[1] if each not in known]
+    known = set(examine_options(options, None)[1])
+    refused = [each for each in examine_options(options, settings)[1] if each not in known]
     for diagnostic in refused:
         print(diagnostic, file=sys.stderr)
     print(f"goals that do not fit the limits of {NODE_NAME}: {len(refused)}")
@@ -331,25 +235,6 @@ def _url_of(code: str) -> str | None:
 
     folder = docs_folder()
     return f"{(folder / page_of(code)).as_uri()}#{code.lower()}" if folder else None
-
-
-_SCHEMAS = {
-    "mission": ("bt_mission.language.schema", "mission_schema"),
-    "scenario": ("bt_mission.scenarios.schema", "scenario_schema"),
-    "fleet": ("bt_mission.scenarios.fleets.file", "fleet_schema"),
-    "world": ("bt_mission.sessions.file_checks", "world_schema"),
-    "robot": ("bt_mission.sessions.file_checks", "robot_schema"),
-    "requirements": ("bt_mission.sessions.file_checks", "requirements_schema"),
-    "ranges": ("bt_mission.scenarios.concrete.ranges", "ranges_schema"),
-}
-"""The function that returns the schema of each kind of file, with its module."""
-
-
-def print_schema(options: argparse.Namespace) -> int:
-    """Print it."""
-    module, name = _SCHEMAS[options.of]
-    print(json.dumps(getattr(import_module(module), name)(), indent=2))
-    return SUCCESS
 
 
 COMMANDS = {
@@ -404,21 +289,6 @@ COMMANDS = {
                 completes="namespaces",
             ),
             NETWORK,
-        ),
-    ),
-    "schema": Command(
-        print_schema,
-        "Prints the JSON Schema of a kind of file. An editor with a YAML language server uses it "
-        "to complete and check missions: save it to a file, and name that file in the first line "
-        "of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
-        (
-            Option(
-                "of",
-                "kind of file (default: mission)",
-                nargs="?",
-                choices=tuple(_SCHEMAS),
-                default="mission",
-            ),
         ),
     ),
 }

@@ -7,18 +7,15 @@ import re
 import shlex
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from bt_mission.base.commands import loaded, points
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.files import fleets, is_file, kind_of, look_for, names, scenarios
+from bt_mission.base.files import SUFFIXES, fleets, is_file, kind_of, look_for, names, scenarios
 from bt_mission.cli.argument_types import FileType
-from bt_mission.cli.commands import COMMANDS as ALL_COMMANDS
-from bt_mission.cli.commands import load_commands
+from bt_mission.cli.commands import called, load_commands
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.parser import Command, Option
-
-if TYPE_CHECKING:
-    from bt_mission.commands.graph.graph_query import LiveKind
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -141,7 +138,8 @@ def _of_kind(kind: str) -> dict[str, Any]:
             "fish": FISH_NAMES.format(kind=kind),
             "preamble": {"bash": BASH_NAMES.format(kind=kind), "zsh": ZSH_NAMES.format(kind=kind)},
         }
-    suffixes = ("yaml", "yml", "xml") if kind in ("missions", "runs") else ("yaml", "yml")
+    dotted = (*SUFFIXES, *points("mission_file")) if kind in ("missions", "runs") else SUFFIXES
+    suffixes = [suffix.removeprefix(".") for suffix in dotted]
     filled = {"kind": kind, "suffixes": " ".join(suffixes), "alternatives": "|".join(suffixes)}
     return {
         "bash": f"_bt_mission_{kind}_file",
@@ -202,7 +200,7 @@ def _inputs(words: list[str]) -> list[str]:
     """Name the inputs of the first mission, scenario or fleet of the line."""
     program, *rest = words or [""]
     given = rest if Path(program).name == "bt-mission" else words
-    if given and given[0] in ALL_COMMANDS:  # a shipped mission has the name of a command
+    if called(given):  # a shipped mission has the name of a command
         given = given[1:]
     for word in given:
         path = None if word.startswith("-") else look_for("missions", word)
@@ -222,7 +220,7 @@ def _inputs_of(path: Path) -> dict[str, list[str]]:
     """
     from bt_mission.base.yaml.document import read
 
-    if path.suffix == ".xml":
+    if path.suffix not in SUFFIXES:
         return {}
     kind, data = kind_of(path), _mapping(read(path).data)
     if kind == "scenario":
@@ -263,28 +261,17 @@ def _codes(_: list[str]) -> list[str]:
     return [*catalogue()]
 
 
-def _pages(_: list[str]) -> list[str]:
-    from bt_mission.commands.docs.pages import manual
-
-    return list(manual().names)
-
-
-def _live(kind: LiveKind) -> Callable[[list[str]], list[str]]:
-    """Make the lookup of a kind of names of the graph that the line is about."""
+def _added(kind: str) -> Callable[[list[str]], list[str]]:
+    """Make the lookup of a kind of names that a command adds."""
 
     def look(words: list[str]) -> list[str]:
-        from bt_mission.base.dds.discovery import restrict_discovery
-        from bt_mission.base.dds.middleware import prepare_middleware
-
-        restrict_discovery(network="--network" in words)
-        prepare_middleware()
-        from bt_mission.commands.graph.graph_query import live_names
-
-        return live_names(kind)
+        names: list[str] = loaded(points(POINT)[kind])(words)
+        return names
 
     return look
 
 
+POINT = "completion."
 KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
     "missions": lambda _: names("missions"),
     "runs": _runs,
@@ -294,12 +281,7 @@ KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
     "parameters": lambda _: names("parameters"),
     "inputs": _inputs,
     "codes": _codes,
-    "pages": _pages,
-    "actions": _live("actions"),
-    "topics": _live("topics"),
-    "services": _live("services"),
-    "executives": _live("executives"),
-    "namespaces": _live("namespaces"),
+    **{kind: _added(kind) for kind in points(POINT)},
 }
 """What is completed by name; runs are missions, scenarios and fleets, listed all of `missions`."""
 

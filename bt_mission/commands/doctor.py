@@ -18,8 +18,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from bt_mission.base.commands import ROWS, all_rows, unusable_rows
 from bt_mission.base.dds.discovery import MACHINE, PROCESS, RANGE
 from bt_mission.base.python_process import python_command, python_environment
+from bt_mission.base.text import counted
 from bt_mission.cli.parser import Command
 
 if TYPE_CHECKING:
@@ -250,6 +252,24 @@ def full_text_search() -> CheckResult:
     return CheckResult("ok", f"SQLite {sqlite3.sqlite_version} with FTS5")
 
 
+def commands() -> CheckResult:
+    """The commands that are there, and those that other packages bring."""
+    there = all_rows()
+    absent = [row.name for row in ROWS if row.name not in there]
+    others = [name for name, row in there.items() if row not in ROWS]
+    text = "; ".join(
+        [
+            counted(sum(bool(row.help) for row in there.values()), "command"),
+            *([f"of other packages: {', '.join(others)}"] if others else ()),
+            *([f"not installed: {', '.join(absent)}"] if absent else ()),
+        ]
+    )
+    if unusable := unusable_rows():
+        remedy = "correct or uninstall the package"
+        return CheckResult("warning", "; ".join([text, *unusable]), remedy)
+    return CheckResult("ok", text)
+
+
 CHECKS = (
     DoctorCheck("Python", python),
     DoctorCheck("C++ compiler", compiler),
@@ -281,6 +301,7 @@ CHECKS = (
         partial(probe, "plugins", otherwise="warning", remedy="see docs/tutorials/own-leaf.md"),
         needs=("Python packages",),
     ),
+    DoctorCheck("commands", commands),
     DoctorCheck("Chromium", browser),
     DoctorCheck("search in the documentation", full_text_search),
 )

@@ -28,7 +28,7 @@ def _say(time_s: float, name: str, line: str) -> None:
 def play(options: argparse.Namespace) -> int:
     """Play the programs; gives the highest of their exit codes."""
     from bt_mission.base.interrupts import InterruptSignals
-    from bt_mission.commands.watch import is_drawable
+    from bt_mission.cli.screen import is_drawable
     from bt_mission.scenarios.faults.live import LiveFaults
     from bt_mission.sessions.drive import finish
     from bt_mission.sessions.playing import Playing

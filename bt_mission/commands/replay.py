@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.base.commands import added
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.file_kinds import RECORDINGS
 from bt_mission.base.stamps import NS
@@ -16,7 +16,6 @@ from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.options import AT, PLAIN, RECORDING, SPEED, recorded_robot
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.cli.web import page_server, web_options
-from bt_mission.commands.fork.command import fork_shown
 
 if TYPE_CHECKING:
     from bt_mission.executive.stored_trace import StoredTrace
@@ -47,7 +46,7 @@ def replay(options: argparse.Namespace) -> int:
 
 
 def _replay_recording(options: argparse.Namespace) -> int:
-    from bt_mission.commands.watch import is_drawable
+    from bt_mission.cli.screen import is_drawable
     from bt_mission.recording.replay.timeline import read_timeline
 
     film = read_timeline(options.file, options.robot)
@@ -77,7 +76,8 @@ def _draw(options: argparse.Namespace, film: Timeline) -> int:
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
     player.play()
     settle_memory()
-    ReplayApp(player, marks_for(sys.stdout.encoding), fork_shown).run()
+    starts = [addition.start for addition in added("replay")]
+    ReplayApp(player, marks_for(sys.stdout.encoding), *starts[:1]).run()
     return SUCCESS
 
 
@@ -90,7 +90,7 @@ def _serve_page(options: argparse.Namespace, film: Timeline) -> int:
     begin = {"at": options.at, "speed": options.speed or 1.0}
     with InterruptSignals() as leaving:
         runs = [
-            replace(run, data={**run.data, **begin, **_fork_offer(options, film, run.robot)})
+            replace(run, data={**run.data, **begin, **_offers(options, film, run.robot)})
             for run in robot_runs(options.file, options.robot)
         ]
         with page_server(options, served_page_of(runs)) as server:
@@ -99,21 +99,15 @@ def _serve_page(options: argparse.Namespace, film: Timeline) -> int:
     return INTERRUPTED
 
 
-def _fork_offer(options: argparse.Namespace, film: Timeline, robot: str) -> dict[str, Any]:
-    """Return what the page of a robot offers of forks: a command, or why there is none."""
+def _offers(options: argparse.Namespace, film: Timeline, robot: str) -> dict[str, Any]:
+    """Return what the page of a robot offers to start."""
     if options.read_only:
         return {}
-    from bt_mission.commands.fork.source import refusal
-    from bt_mission.recording.facts import RunFacts
-
-    of_robot = ["--robot", robot] if len(film.robots) > 1 else []
-    command = shlex.join(["bt-mission", "fork", str(film.path), *of_robot, "--at"])
-    why_not = refusal(film.path, RunFacts(film.notes), film.why_cut)
-    return {"fork": {"command": command, "refusal": why_not}}
+    return {addition.key: addition.offer(film, robot) for addition in added("replay")}
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:
-    from bt_mission.commands.watch import print_tree
+    from bt_mission.cli.screen import print_tree
     from bt_mission.recording.replay.player import Player
 
     print_tree(Player(film, at_s=options.at).mission)

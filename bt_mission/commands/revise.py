@@ -8,10 +8,10 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
+from bt_mission.cli.executives import look_for
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import JSON, MISSION, NETWORK, mission_file, prepare_graph
 from bt_mission.cli.parser import Command, Option
-from bt_mission.commands.watch import look_for
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission

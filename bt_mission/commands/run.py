@@ -9,6 +9,7 @@ from bt_mission.base.dds.middleware import prepare_middleware
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import kind_of
 from bt_mission.cli import recording
+from bt_mission.cli.additions import show_options
 from bt_mission.cli.argument_types import seconds, unchecked_output_file
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
@@ -38,7 +39,6 @@ from bt_mission.cli.run_plan import load_plan
 from bt_mission.cli.run_shown import carry_out
 from bt_mission.cli.view import VIEW
 from bt_mission.cli.web import web_options
-from bt_mission.commands.foxglove.command import foxglove_options
 
 EPILOG = """\
 examples:
@@ -189,7 +189,7 @@ COMMANDS = {
             IMAGES.but(help="folder for the images of camera sweeps (default: images)"),
             VIEW,
             *web_options("tui"),
-            *foxglove_options(),
+            *show_options(),
             *recording.RECORDING_OPTIONS,
         ),
         EPILOG,

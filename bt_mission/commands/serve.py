@@ -9,7 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.base.errors import BtMissionError
+from bt_mission.base.commands import added
+from bt_mission.cli.additions import show_options, shown_beside
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
@@ -23,8 +24,6 @@ from bt_mission.cli.options import (
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import checked, of_node
 from bt_mission.cli.web import watching_process, web_options
-from bt_mission.commands.agents.mcp_command import AGENTS, site_of, site_option
-from bt_mission.commands.foxglove.command import foxglove_options, foxglove_process
 
 if TYPE_CHECKING:
     from bt_mission.base.interrupts import InterruptSignals
@@ -62,25 +61,18 @@ def _offered(missions: ServedMissions) -> str:
 
 
 def _missions(options: argparse.Namespace) -> ServedMissions:
-    """Return the missions to serve: of a site only those with a permit, and of named folders."""
+    """Return the missions to serve: those that a command adds, or those of folders."""
     from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
 
-    folders = folders_to_serve(options.missions) if options.missions or not options.site else ()
-    if options.site is None:
-        return ServedMissions(
-            folders, allow_python=options.allow_python, allow_text=options.allow_text
-        )
-    from bt_mission.commands.agents.permitted import PermittedMissions
-
-    site, folder = site_of(options)
-    if options.namespace.strip("/") != site.written.namespace.strip("/"):
-        raise BtMissionError(
-            f"--namespace: the namespace of the site is '{site.written.namespace}'", code="BT-1102"
-        )
-    for name in sorted(site.only_simulated):
-        message = "only simulations have its signals: it halts nothing on this robot"
-        print(f"warning: requirement '{name}': {message}", file=sys.stderr)
-    return PermittedMissions(folders, options.allow_python, site=site, folder=folder)
+    for addition in added("serve"):
+        missions: ServedMissions | None = addition.missions(options)
+        if missions is not None:
+            return missions
+    return ServedMissions(
+        folders_to_serve(options.missions),
+        allow_python=options.allow_python,
+        allow_text=options.allow_text,
+    )
 
 
 def serve(options: argparse.Namespace) -> int:
@@ -133,7 +125,7 @@ def serve(options: argparse.Namespace) -> int:
         if options.allow_python or options.editable:
             watch = graph.watch_users()
             watch.last_words.append(lambda: node.abandon("left while a callback did not return"))
-        with InterruptSignals(TWO_WISHES) as interrupts, page, foxglove_process(options):
+        with InterruptSignals(TWO_WISHES) as interrupts, page, shown_beside(options):
             if not _serve_missions(graph, node, interrupts):
                 return INTERRUPTED
         graph.drain()
@@ -209,12 +201,7 @@ COMMANDS = {
                 choices=("replace", "refuse"),
                 default="replace",
             ),
-            site_option("--site").but(
-                help="run proposals of agents that have a permit; a violated requirement of this "
-                "site halts them",
-                excludes=each("allow_text", "editable", why="a permit decides on the mission"),
-            ),
-            AGENTS,
+            *(option for addition in added("serve") for option in addition.options),
             EDITABLE.but(
                 help="take new versions of the running mission from `bt-mission revise`",
                 needs=each("allow_text", why="a new version comes as text"),
@@ -229,7 +216,7 @@ COMMANDS = {
             NETWORK,
             ALLOW_DUPLICATES,
             *web_options(),
-            *foxglove_options(),
+            *show_options(),
         ),
         EPILOG,
         takes_ros_args=True,

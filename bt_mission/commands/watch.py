@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import os
 import select
 import sys
 from typing import TYPE_CHECKING
 
+from bt_mission.cli.additions import show_options, shown_by
 from bt_mission.cli.argument_types import seconds
+from bt_mission.cli.executives import WAIT_S, look_for
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import JSON, NETWORK, PLAIN, prepare_graph
 from bt_mission.cli.parser import Command, Option, each
+from bt_mission.cli.screen import is_drawable, print_tree
 from bt_mission.cli.web import has_input_ended, web_options, web_server
-from bt_mission.commands.foxglove.command import foxglove_options, serve_graph
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from bt_mission.executive.events.feed import MissionFeed
-    from bt_mission.executive.events.mission_state import MissionState
-    from bt_mission.executive.events.source import ExecutiveSource, ListedExecutive
+    from bt_mission.executive.events.source import ExecutiveSource
     from bt_mission.ros.discovery import ExecutiveDirectory
-
-WAIT_S = 0.1
-LEARN_S = 0.6
-"""Wall time to wait for the names of missions."""
-
-SAY_S = 1.8
-"""Wall time after which a line reports that no executive is there."""
 
 STATUSES_S = 2.0
 """Wall time to wait for statuses; without them the tree is shown as it is known."""
@@ -53,8 +44,8 @@ exit codes: 0 closed, 1 no executive within --wait, 2 bad input, 130 interrupted
 def watch(options: argparse.Namespace) -> int:
     """Show the mission until interrupted; return the exit code."""
     prepare_graph(options)
-    if options.foxglove:
-        return serve_graph(options)
+    for shows in shown_by(options):
+        return shows.instead(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
     with ExecutiveDirectory() as observer:
@@ -71,20 +62,6 @@ def watch(options: argparse.Namespace) -> int:
             return _follow(observer, link, as_json=options.json)
         except KeyboardInterrupt:
             return INTERRUPTED
-
-
-def is_drawable() -> bool:
-    """Can a picture stand on the terminal? Says so where it cannot."""
-    if not (sys.stdout.isatty() and sys.stdin.isatty()):
-        return False
-    if os.environ.get("TERM", "dumb") in ("dumb", "unknown"):
-        term = os.environ.get("TERM", "")
-        print(
-            f"TERM={term}: this terminal cannot show the full-screen view; printing plain lines",
-            file=sys.stderr,
-        )
-        return False
-    return True
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
@@ -129,62 +106,6 @@ def _serve_page(observer: ExecutiveDirectory, options: argparse.Namespace) -> in
     return INTERRUPTED if leaving.count else SUCCESS
 
 
-def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> ExecutiveSource | None:
-    """Return the executive that the options name, once it is there; None if it is late."""
-    from bt_mission.base.wall_clock import Stopwatch
-    from bt_mission.executive.events.source import choose, nobody, wanted_name
-
-    wanted = wanted_name(options.executive)
-    since = Stopwatch()
-    missions: dict[str, str] = {}
-    has_said = False
-    while True:
-        observer.serve(WAIT_S)
-        is_over = observer.is_over()
-        executives = observer.find()
-        is_late = options.wait is not None and since.elapsed_s > options.wait
-        is_named = any(executive.name == wanted for executive in executives)
-        if is_named or (executives and (is_over or is_late)):
-            if wanted is not None and not is_named:
-                _learn_missions(observer, executives, missions)
-                named = [name for name, mission in missions.items() if mission == options.executive]
-                wanted = named[0] if len(named) == 1 else wanted
-            chosen = choose(executives, wanted)
-            if chosen is not None:
-                if chosen.fault:
-                    print(f"{chosen.name}: {chosen.fault}", file=sys.stderr)
-                return observer.attach(chosen.name, with_robot=False)
-        if is_late:
-            print(nobody(wanted, executives, observer.where), file=sys.stderr)
-            return None
-        if not has_said and since.elapsed_s > SAY_S and (is_over or not executives):
-            print(f"{nobody(wanted, executives, observer.where)}\nlooking ...", file=sys.stderr)
-            has_said = True
-
-
-def _learn_missions(
-    observer: ExecutiveDirectory, executives: Sequence[ListedExecutive], missions: dict[str, str]
-) -> None:
-    """Note the name of the mission that each executive runs, as far as they say it in time."""
-    from bt_mission.base.wall_clock import Stopwatch
-    from bt_mission.executive.events.feed import MissionFeed
-    from bt_mission.executive.events.mission_state import MissionState
-
-    new = [each.name for each in executives if each.name not in missions and not each.is_foreign]
-    links = {name: observer.attach(name, with_robot=False) for name in new}
-    feeds = {name: MissionFeed(MissionState()) for name in new}
-    since = Stopwatch()
-    while links.keys() - missions.keys() and since.elapsed_s < LEARN_S:
-        observer.serve(WAIT_S)
-        for name, link in links.items():
-            for batch in link.take(needs_statuses=False).messages:
-                feeds[name].take(batch)
-            if tree := feeds[name].mission.tree:
-                missions[name] = tree.mission
-    for link in links.values():
-        link.close()
-
-
 def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
     from bt_mission.base.wall_clock import Stopwatch
     from bt_mission.executive.events.feed import MissionFeed
@@ -211,16 +132,6 @@ def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
     if check.note and file is not None:
         print(f"{file.path}: {check.note}; `bt-mission revise` applies it", file=sys.stderr)
     return SUCCESS
-
-
-def print_tree(mission: MissionState) -> None:
-    """Print the tree of a mission as it is, no wider than the terminal."""
-    from bt_mission.views.terminal.lines import whole_tree
-    from bt_mission.views.terminal.marks import marks_for
-
-    width = os.get_terminal_size().columns if sys.stdout.isatty() else None
-    for line in whole_tree(mission, marks_for(sys.stdout.encoding), width):
-        print(line)
 
 
 def _is_complete(feed: MissionFeed) -> bool:
@@ -295,7 +206,7 @@ COMMANDS = {
             ),
             NETWORK,
             *web_options("once", "json", "plain"),
-            *foxglove_options("once", "json", "plain", "web", "executive", "wait"),
+            *show_options("once", "json", "plain", "web", "executive", "wait"),
             Option("--until-input-ends", argparse.SUPPRESS),
         ),
         EPILOG,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -96,14 +95,6 @@ def check_requirements(path: Path, _robot: str | None = None, _world: str | None
     if written is None or reader.diagnostics:
         raise InputError(reader.diagnostics)
     return CheckedFile(str(path), path.stem, counted(len(written.requirements), "requirement")), ()
-
-
-CHECKS: Mapping[str, Callable[[Path, str | None, str | None], Checked]] = {
-    "world": check_world,
-    "robot": check_robot,
-    "requirements": check_requirements,
-}
-"""The check of each kind of file: its path, and the robot and the world of the options."""
 
 
 def world_schema() -> dict[str, Any]:

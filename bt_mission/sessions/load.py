@@ -1,14 +1,13 @@
-"""Load a mission, from YAML or XML, and convert one form into the other.
-
-The modules for XML are imported when needed: most missions are YAML.
-"""
+"""Load a mission: from YAML, or from a format that a command adds for its suffix."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from bt_mission.base.commands import loaded, points
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import SUFFIXES
 from bt_mission.base.yaml.document import Document, read, read_text
@@ -17,11 +16,11 @@ from bt_mission.language.loader import read_mission, required
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission
 
-XML = ".xml"
-
+POINT = "mission_file"
+"""The extension point of formats, which the suffix of their files follows."""
 
 Source: TypeAlias = str | Path | Document
-"""A mission: the path of its file, YAML or XML; its text; or its parsed data.
+"""A mission: the path of its file; its text, which is YAML; or its parsed data.
 
 A `str` is a text if it has several lines or is a mapping in braces, else a path.
 """
@@ -43,17 +42,64 @@ def load(
     return required(read_mission(document_of(source), set, seed, world, robot))
 
 
+@dataclass(frozen=True)
+class MissionFormat:
+    """A format of mission files besides YAML.
+
+    Attributes:
+        read: Reads a file. Raises InputError.
+        read_text: Reads a text: that, the name of its file, and the texts of files that it
+            includes, by their names. Raises InputError.
+        to_yaml: Returns a file as YAML. Raises InputError for what YAML cannot express.
+        from_yaml: Returns a mission in this format, with the lookup of the fields of ROS types.
+            Raises InputError for what it cannot express.
+    """
+
+    read: Callable[[str | Path], Document]
+    read_text: Callable[[str, str, Mapping[str, str]], Document]
+    to_yaml: Callable[[str | Path], str]
+    from_yaml: Callable[[Document, FindShapes | None], str]
+
+
+def formats() -> Mapping[str, str]:
+    """Return what has the format of mission files, by their suffix, but for YAML."""
+    return points(POINT)
+
+
+def suffixes() -> tuple[str, ...]:
+    """Return the suffixes of mission files."""
+    return (*SUFFIXES, *formats())
+
+
+def format_of(suffix: str) -> MissionFormat | None:
+    """Return the format of mission files with a suffix; None for those that are read as YAML."""
+    target = formats().get(suffix)
+    return None if target is None else loaded(target)
+
+
 def document_of(source: Source) -> Document:
-    """Read a mission: XML by the ending of its name, else YAML. Raises InputError."""
+    """Read a mission, in the format of its suffix. Raises InputError."""
     if isinstance(source, Document):
         return source
     if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
         return read_text(source)
-    if Path(source).suffix != XML:
-        return read(source)
-    from bt_mission.commands.convert.document import read_xml  # noqa: PLC0415 - see the module's docstring
+    form = format_of(Path(source).suffix)
+    return read(source) if form is None else form.read(source)
 
-    return read_xml(source)
+
+def document_of_text(text: str, name: str, texts: Mapping[str, str]) -> Document:
+    """Read the text of a mission, in the format of the suffix of its file's name.
+
+    Args:
+        text: The text.
+        name: Of its file, which need not exist.
+        texts: Files that it includes, by their names.
+
+    Raises:
+        InputError: With every error.
+    """
+    form = format_of(Path(name).suffix)
+    return read_text(text, name) if form is None else form.read_text(text, name, texts)
 
 
 def convert(path: str | Path) -> str:
@@ -61,32 +107,18 @@ def convert(path: str | Path) -> str:
 
     Raises:
         InputError: With each place that is wrong, or that the other form cannot express.
-        BtMissionError: For a file with another suffix.
+        BtMissionError: For a file with another suffix, or where no other form is installed.
     """
-    from bt_mission.commands.convert.document import mission_yaml  # noqa: PLC0415 - the same
-    from bt_mission.commands.convert.mission_writer import mission_xml  # noqa: PLC0415 - the same
-
     suffix = Path(path).suffix
-    if suffix == XML:
-        return mission_yaml(path)
-    if suffix not in SUFFIXES:
+    form = format_of(suffix)
+    if form is not None:
+        return form.to_yaml(path)
+    if suffix not in SUFFIXES or not formats():
         raise BtMissionError(
-            f"{path}: expected a file with the suffix {', '.join((*SUFFIXES, XML))}", code="BT-1103"
+            f"{path}: expected a file with the suffix {', '.join(suffixes())}", code="BT-1103"
         )
-    return mission_xml(read(path), installed_shapes())
-
-
-def palette(path: str | Path | None = None) -> str:
-    """Return the models of all leaves for Groot 2, with every attribute that a mission uses.
-
-    Raises:
-        InputError: With all errors of the mission, and with what XML cannot express.
-    """
-    from bt_mission.commands.convert.mission_writer import mission_palette  # noqa: PLC0415 - the same
-    from bt_mission.commands.convert.palette import palette_xml  # noqa: PLC0415 - the same
-
-    shapes = installed_shapes()
-    return palette_xml(shapes) if path is None else mission_palette(document_of(path), shapes)
+    other: MissionFormat = loaded(next(iter(formats().values())))
+    return other.from_yaml(read(path), installed_shapes())
 
 
 def installed_shapes() -> FindShapes | None:

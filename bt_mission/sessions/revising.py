@@ -11,21 +11,20 @@ use the service. A mission takes versions from other processes if it was started
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.base.diagnostics import listed, quoted
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.yaml.document import Document, read_text
 from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import all_steps
 from bt_mission.sessions.check import Surroundings, examine
-from bt_mission.sessions.load import XML
+from bt_mission.sessions.load import document_of_text
 
 if TYPE_CHECKING:
     from sim.world.world import World
@@ -69,7 +68,7 @@ def read_revision(
     )
     mission = required(
         examine(
-            _document(request.text, name, texts),
+            document_of_text(request.text, name, texts),
             world=running.world,
             robot=running.robot,
             servers=None,
@@ -86,14 +85,6 @@ def read_revision(
             code="BT-908",
         )
     return mission
-
-
-def _document(text: str, name: str, texts: Mapping[str, str]) -> Document:
-    if Path(name).suffix != XML:
-        return read_text(text, name)
-    from bt_mission.commands.convert.document import document_of  # noqa: PLC0415 - most missions are YAML
-
-    return document_of(text, name, texts)
 
 
 def _targets(mission: Mission) -> Iterator[str]:

@@ -14,7 +14,7 @@ from bt_mission.base.yaml.document import read_text
 from bt_mission.language.loader import required
 from bt_mission.language.permissions import Permissions, PythonUse, is_within
 from bt_mission.sessions.check import examine
-from bt_mission.sessions.load import XML, Source
+from bt_mission.sessions.load import Source, suffixes
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -107,7 +107,7 @@ class ServedMissions:
         """
         path = Path(wanted)
         named = [path]
-        if path.name and path.suffix not in (*files.SUFFIXES, XML):
+        if path.name and path.suffix not in suffixes():
             named = [path.with_name(f"{path.name}{suffix}") for suffix in files.SUFFIXES]
         for name in named:
             for candidate in (name, *(folder / name for folder in self.folders)):
@@ -126,11 +126,9 @@ class ServedMissions:
 
     def names(self) -> list[str]:
         """Return the names of the missions right in the folders, sorted."""
-        suffixes = (*files.SUFFIXES, XML)
+        known = suffixes()
         paths = (path for folder in self.folders for path in folder.iterdir())
-        return sorted(
-            {path.stem for path in paths if path.suffix in suffixes and files.is_file(path)}
-        )
+        return sorted({path.stem for path in paths if path.suffix in known and files.is_file(path)})
 
 
 def folders_to_serve(chosen: Sequence[Path]) -> tuple[Path, ...]:

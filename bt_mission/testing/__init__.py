@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from bt_mission.base.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from bt_mission.commands.prove.testing import ProofFailed, prove
     from bt_mission.scenarios.faults import FaultInstance, Faults
     from bt_mission.scenarios.faults.errors import ScenarioError
     from bt_mission.sessions.scripted_server import ScriptedGoal, ScriptedServer
@@ -32,14 +31,12 @@ __all__ = [
     "NodeView",
     "Process",
     "ProgramRun",
-    "ProofFailed",
     "Recorded",
     "Run",
     "ScenarioError",
     "ScriptedGoal",
     "ScriptedServer",
     "Stages",
-    "prove",
 ]
 
 __getattr__ = lazy_names(
@@ -54,14 +51,12 @@ __getattr__ = lazy_names(
         "NodeView": "bt_mission.testing.moment",
         "Process": "bt_mission.testing.live_graph",
         "ProgramRun": "bt_mission.testing.programs",
-        "ProofFailed": "bt_mission.commands.prove.testing",
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",
         "ScenarioError": "bt_mission.scenarios.faults.errors",
         "ScriptedGoal": "bt_mission.sessions.scripted_server",
         "ScriptedServer": "bt_mission.sessions.scripted_server",
         "Stages": "bt_mission.testing.stages",
-        "prove": "bt_mission.commands.prove.testing",
     },
 )
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from bt_mission.base.commands import loaded, points
 from bt_mission.testing.results import DEFAULT, GRAPHS, RECORD, STAGES, Results, what_to_record
 from bt_mission.testing.seed_hooks import SeedHooks
 
@@ -91,17 +92,21 @@ def _percent(text: str) -> float:
     return percent
 
 
-PROVE = "prove"
-"""The marker of tests that prove a mission."""
 LARK = "ignore:module 'sre_(parse|constants|compile)' is deprecated:DeprecationWarning"
 """lark, which the message generators of the ROS wheels import, names modules of Python 3.10."""
+
+
+MARKERS = "pytest."
+"""The extension point of commands that add a marker of tests."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Put the parts together."""
     config.addinivalue_line("filterwarnings", LARK)  # nothing that its reader could mend
-    text = f"{PROVE}(mission, faults=2, ...): explore every answer of its servers before the test"
-    config.addinivalue_line("markers", text)
+    for marker, target in points(MARKERS).items():
+        config.addinivalue_line(
+            "markers", f"{marker}(...): before the test, calls {target} with the same arguments"
+        )
     config.pluginmanager.register(Results(config), "bt_mission_results")
     config.pluginmanager.register(SeedHooks(config), "bt_mission_seeds")
     asked = ("", "_source", "_report", "_fail_under")
@@ -164,14 +169,13 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
-    """Prove what a test is marked with; end its missions as its last step.
+    """Do what its markers ask for before a test; end its missions as its last step.
 
     That step fails where they left something wrong.
     """
-    for marker in pyfuncitem.iter_markers(PROVE):
-        from bt_mission.commands.prove.testing import prove
-
-        prove(*marker.args, **marker.kwargs)
+    for name, target in points(MARKERS).items():
+        for marker in pyfuncitem.iter_markers(name):
+            loaded(target)(*marker.args, **marker.kwargs)
     result = yield
     stages = pyfuncitem.stash.get(STAGES, [])
     for made in stages:

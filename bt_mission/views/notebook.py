@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.base.commands import loaded, points
 from bt_mission.base.text import escape_markup, escape_page, lines_of
 
 if TYPE_CHECKING:
-    from bt_mission.commands.prove.proof import Proof
     from bt_mission.executive.report import Report
     from bt_mission.language.mission import Mission
     from bt_mission.recording.model import RecordedRun
@@ -38,7 +38,8 @@ def show_richly() -> None:
     shell = None if ipython is None else ipython.get_ipython()
     if shell is None:
         return
-    for name, display in DISPLAYS.items():
+    added = {name: _added(target) for name, target in points("display.").items()}
+    for name, display in {**DISPLAYS, **added}.items():
         module, _, type_name = name.rpartition(".")
         formatter = shell.display_formatter.formatters[display.media_type]
         formatter.for_type_by_name(module, type_name, display.make)
@@ -70,10 +71,9 @@ def _recording(run: RecordedRun) -> str:
     return _frame(page_of(list(robot_runs(run.path))))
 
 
-def _proof(proof: Proof) -> str:
-    from bt_mission.commands.prove.page.page import page_of
-
-    return _frame(page_of(proof, {}))
+def _added(target: str) -> Display:
+    """Return what a cell shows of a type of a command: a page in a frame."""
+    return Display(HTML, lambda shown: _frame(loaded(target)(shown)))
 
 
 def _frame(page: str) -> str:
@@ -88,6 +88,5 @@ DISPLAYS: Mapping[str, Display] = {
     "bt_mission.language.mission.Mission": Display(SVG, _tree),
     "bt_mission.executive.report.Report": Display(HTML, _report),
     "bt_mission.recording.model.RecordedRun": Display(HTML, _recording),
-    "bt_mission.commands.prove.proof.Proof": Display(HTML, _proof),
 }
-"""By the name of the type."""
+"""By the name of the type; commands add more."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from bt_mission.base.file_kinds import FORMATS, format_of
+from bt_mission.base.commands import ROWS, brought_kinds, rows
+from bt_mission.base.file_kinds import FORMATS, format_named, format_of
 from bt_mission.cli.argument_types import FileType
-from bt_mission.cli.commands import COMMANDS, module_of
+from bt_mission.cli.commands import declared
 from bt_mission.cli.parser import Command, Option
 from tests.support.command_line import CommandLine
 from tests.support.recordings import recording
@@ -80,7 +80,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def test_every_kind_is_recognized(files: dict[str, Path]) -> None:
     """By its content or its name."""
     assert {kind: format_of(path) for kind, path in files.items()} == {
-        kind: kind for kind in FORMATS
+        kind: kind for kind in (*FORMATS, *brought_kinds(rows()))
     }
 
 
@@ -95,7 +95,7 @@ def test_what_no_kind_has_is_left_to_the_command(tmp_path: Path) -> None:
 
 def commands() -> Iterator[tuple[str, Command]]:
     """Yield every command with its words."""
-    waiting = [(name, import_module(module_of(name)).COMMANDS[name]) for name in COMMANDS]
+    waiting = [(row.name, declared(row)) for row in ROWS if row.help]
     while waiting:
         words, command = waiting.pop()
         if command.function is not None:
@@ -140,7 +140,7 @@ def test_a_command_refuses_every_other_kind(
         if kind == "bag folder" and "recording" in option.takes:
             assert "the bag has no MCAP file; convert it: " in cli.err
         else:
-            assert cli.err.startswith(f"{path}: error: is {FORMATS[kind].noun}; expected ")
+            assert cli.err.startswith(f"{path}: error: is {format_named(kind).noun}; expected ")
             assert cli.err.rstrip().endswith("[BT-111]")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.cli.commands import COMMANDS, module_of
+from bt_mission.base.commands import ROWS
 from tests.support.command_line import CommandLine
 
 pytestmark = pytest.mark.process
@@ -60,7 +60,7 @@ def of_packages(modules: list[str]) -> set[str]:
 
 def commands_in(modules: list[str]) -> set[str]:
     """The modules of commands that are loaded."""
-    return {*map(module_of, COMMANDS)} & set(modules)
+    return {row.declared_in for row in ROWS if row.help} & set(modules)
 
 
 def test_help_loads_no_command(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_the_parsers_of_all_commands_load_neither_ros_nor_the_simulation(tmp_pat
         [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     names, modules = json.loads(done.stdout)
-    assert names == list(COMMANDS)
+    assert names == [row.name for row in ROWS if row.help]
     assert of_packages(modules).isdisjoint(HEAVY)
 
 

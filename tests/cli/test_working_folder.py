@@ -16,8 +16,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from bt_mission.base.commands import ROWS
 from bt_mission.base.python_process import python_environment, safe_processes
-from bt_mission.cli.commands import COMMANDS
 from bt_mission.commands.agents.permits import new_key
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.agents import SITE
@@ -162,7 +162,7 @@ def calls_of_an_agent(process: subprocess.Popen[str]) -> None:
 ACTS: Mapping[str, Callable[[str], None]] = {"edit": asks_of_the_page}
 
 
-@pytest.mark.parametrize("name", sample(COMMANDS, 9, first=5))
+@pytest.mark.parametrize("name", sample([row.name for row in ROWS if row.help], 9, first=5))
 def test_no_command_executes_a_module_beside_its_files(
     name: str, tmp_path: Path, marks: Path
 ) -> None:

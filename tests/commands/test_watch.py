@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from bt_mission.base import wall_clock
-from bt_mission.commands import watch
+from bt_mission.cli.executives import SAY_S, look_for
 from bt_mission.executive.events.source import ListedExecutive
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import PATIENCE_S, read_until, started
@@ -190,7 +190,7 @@ def looked(
             return float(graph.now_s - self._start_s)
 
     monkeypatch.setattr(wall_clock, "Stopwatch", Since)
-    watch.look_for(graph, argparse.Namespace(executive=name, wait=wait_s))
+    look_for(graph, argparse.Namespace(executive=name, wait=wait_s))
     return str(graph.attached)
 
 
@@ -198,7 +198,7 @@ def test_who_comes_up_just_then_is_not_said_to_be_absent(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The list of those that are there would name it."""
-    assert looked(monkeypatch, 0.9 * watch.SAY_S, "/r2") == "/r2/bt_mission"
+    assert looked(monkeypatch, 0.9 * SAY_S, "/r2") == "/r2/bt_mission"
     assert capsys.readouterr().err == ""
 
 
@@ -207,6 +207,6 @@ def test_who_is_there_when_the_time_is_up_is_taken(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Also where nobody had come up before."""
-    assert looked(monkeypatch, 0.9 * watch.SAY_S, "/r2", watch.SAY_S) == "/r2/bt_mission"
-    assert looked(monkeypatch, 0.9 * watch.SAY_S, "/r3", watch.SAY_S) == ""
+    assert looked(monkeypatch, 0.9 * SAY_S, "/r2", SAY_S) == "/r2/bt_mission"
+    assert looked(monkeypatch, 0.9 * SAY_S, "/r3", SAY_S) == ""
     assert "no executive /r3/bt_mission (a test); available:" in capsys.readouterr().err

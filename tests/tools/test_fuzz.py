@@ -7,6 +7,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ import pytest
 
 from action_servers.core.pilot import Pilot
 from bt_mission.base.diagnostics import Diagnostic
-from bt_mission.commands.convert import document
+from bt_mission.commands.convert import xml_format
 from bt_mission.executive.behaviours import leaves
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.ledger import Ledger
@@ -166,8 +167,8 @@ def crash(*_args, **_kwargs):
         ("recordings", (RecordedFile, "facts"), property(crash), "KeyError in test_fuzz.py:crash"),
         (
             "trees",
-            (document, "mission_yaml"),
-            lambda _: OTHER,
+            (xml_format, "XML_FORMAT"),
+            replace(xml_format.XML_FORMAT, to_yaml=lambda _: OTHER),
             "YAML means",
         ),
         ("goals", (Ledger, "is_settled"), False, "the mission does not end"),

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.base.errors import BtMissionError
+from bt_mission.cli.additions import ServeAddition
 from bt_mission.cli.argument_types import input_file, port
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.options import NETWORK, prepare_graph
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from bt_mission.commands.agents.folder import AgentFolder
     from bt_mission.commands.agents.site import Site
     from bt_mission.ros.graph import GraphConnection
+    from bt_mission.sessions.served_missions import ServedMissions
 
 PORT = 8770
 BATCH_S = 0.01
@@ -187,3 +189,40 @@ COMMANDS = {
         leaves_at_once=True,
     )
 }
+
+
+def permitted_missions(options: argparse.Namespace) -> ServedMissions | None:
+    """Return the missions of a site, those with a permit, and of named folders; None without.
+
+    Raises:
+        InputError: With every error of the site's file.
+        BtMissionError: The namespace is not the site's.
+    """
+    if options.site is None:
+        return None
+    from bt_mission.commands.agents.permitted import PermittedMissions
+    from bt_mission.sessions.served_missions import folders_to_serve
+
+    site, folder = site_of(options)
+    if options.namespace.strip("/") != site.written.namespace.strip("/"):
+        raise BtMissionError(
+            f"--namespace: the namespace of the site is '{site.written.namespace}'", code="BT-1102"
+        )
+    for name in sorted(site.only_simulated):
+        message = "only simulations have its signals: it halts nothing on this robot"
+        print(f"warning: requirement '{name}': {message}", file=sys.stderr)
+    folders = folders_to_serve(options.missions) if options.missions else ()
+    return PermittedMissions(folders, options.allow_python, site=site, folder=folder)
+
+
+ADDITION = ServeAddition(
+    (
+        site_option("--site").but(
+            help="run proposals of agents that have a permit; a violated requirement of this "
+            "site halts them",
+            excludes=each("allow_text", "editable", why="a permit decides on the mission"),
+        ),
+        AGENTS,
+    ),
+    permitted_missions,
+)

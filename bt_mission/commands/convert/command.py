@@ -41,9 +41,10 @@ def convert(options: argparse.Namespace) -> int:
     if options.file is None and not options.palette:
         raise BtMissionError("expected the file of a mission, or --palette", code="BT-1101")
     file = options.file and mission_file(options)
-    from bt_mission.sessions import load
+    from bt_mission.commands.convert.xml_format import palette
+    from bt_mission.sessions.load import convert as converted
 
-    text = load.palette(file) if options.palette or file is None else load.convert(file)
+    text = palette(file) if options.palette or file is None else converted(file)
     if options.output is None:
         print(text, end="")
     else:

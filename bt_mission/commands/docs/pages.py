@@ -5,13 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 
+from bt_mission.base.commands import ROWS, all_rows
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import docs_folder
 
 INDEX = "README.md"
 """The page that lists all others; the navigation of the site follows it, too."""
+
+OTHERS = "Commands of other packages"
+"""The heading of the pages that these bring."""
 
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]*)\)")
 """A picture or a link: its mark, its text, its target."""
@@ -87,6 +92,8 @@ class Manual:
 
     Args:
         folder: The folder of the index.
+        others: Pages that it does not list: their files, without the suffix, each with what the
+            list says about it.
 
     Attributes:
         groups: The pages of each section of the index.
@@ -96,9 +103,13 @@ class Manual:
         BtMissionError: When the index cannot be read.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, others: Mapping[Path, str] | None = None) -> None:
         self._folder = folder
-        self.groups = index_of(self._read(INDEX))
+        self.groups = dict(index_of(self._read(INDEX)))
+        if others:
+            self.groups[OTHERS] = [
+                Listed(str(path), path.name, about) for path, about in others.items()
+            ]
         listed = [page for group in self.groups.values() for page in group]
         stems = [Path(page.path).name for page in listed]
         self.names: Mapping[str, Listed] = {
@@ -141,7 +152,18 @@ def manual() -> Manual:
     folder = docs_folder()
     if folder is None:
         raise BtMissionError("no pages found: is the installation complete?", code="BT-101")
-    return Manual(folder)
+    return Manual(folder, dict(_pages_of_others()))
+
+
+def _pages_of_others() -> Iterator[tuple[Path, str]]:
+    """Yield the pages in the packages of other people's commands, with what they are about."""
+    for row in all_rows().values():
+        if row in ROWS:
+            continue
+        folder = Path(str(files(row.folder)))
+        for page in row.pages:
+            if (folder / f"{page}.md").is_file():
+                yield folder / page, row.help
 
 
 def index_of(text: str) -> Mapping[str, Sequence[Listed]]:
@@ -194,3 +216,8 @@ def _anchor(title: str, taken: Sequence[str]) -> str:
     anchor = re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
     same = sum(re.fullmatch(rf"{re.escape(anchor)}(-\d+)?", other) is not None for other in taken)
     return f"{anchor}-{same}" if same else anchor
+
+
+def page_names(_: list[str]) -> list[str]:
+    """Return the names of all pages, for the completion of shells."""
+    return list(manual().names)

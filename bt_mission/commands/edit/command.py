@@ -12,7 +12,9 @@ from bt_mission.base.file_kinds import PARAMETERS, PLAIN, RUNS
 from bt_mission.base.files import SUFFIXES
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.parser import Command, Option
-from bt_mission.cli.web import edit_server, page_options, require_server
+from bt_mission.cli.web import announced, page_options, place_of, require_server
+
+EDITS = "change the files of the folder and run missions with your permissions"
 
 EPILOG = """\
 examples:
@@ -41,13 +43,17 @@ def edit(options: argparse.Namespace) -> int:
     prepare_middleware()
     from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.commands.edit.vocabulary import kinds
+    from bt_mission.commands.edit.web.server import EditServer
     from bt_mission.commands.edit.web.workspace import Workspace
 
     print("reading the types of all actions ...", file=sys.stderr)
     kinds()
 
-    with InterruptSignals() as leaving, edit_server(options, Workspace(path)) as server:
-        asyncio.run(server.serve(lambda: leaving.count > 0))
+    what = "read the files of the folder" if options.read_only else EDITS
+    with InterruptSignals() as leaving:
+        server = EditServer(Workspace(path), place_of(options), keeps_ready=True)
+        with announced(options, server, what):
+            asyncio.run(server.serve(lambda: leaving.count > 0))
     return SUCCESS
 
 

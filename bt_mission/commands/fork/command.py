@@ -14,11 +14,13 @@ from itertools import count as count_up
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.base.commands import added
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.file_kinds import MISSIONS
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.python_process import python_command, python_environment
 from bt_mission.cli import recording
+from bt_mission.cli.additions import Kept, ReplayAddition
 from bt_mission.cli.argument_types import count, input_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
@@ -32,7 +34,7 @@ from bt_mission.cli.options import (
     announce,
     recorded_robot,
 )
-from bt_mission.cli.parser import Command, Option, each
+from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.cli.web import web_options
 
 if TYPE_CHECKING:
@@ -41,10 +43,11 @@ if TYPE_CHECKING:
     from bt_mission.commands.fork.fork import ForkResult
     from bt_mission.commands.fork.source import ForkSource
     from bt_mission.executive.report import Report
+    from bt_mission.recording.replay.timeline import Timeline
     from bt_mission.sessions.drive import Reports
 
 MOST_TRIES = 100
-FILES = ("record", "report", "video", "trace")
+FILES = ("record", "report", "trace", *(kind.option.attribute for kind in added("recording")))
 """Options that keep a run."""
 
 EPILOG = """\
@@ -90,10 +93,8 @@ def fork(options: argparse.Namespace) -> int:
         )
     for line in source.differences:
         print(f"{options.file}: {line}", file=sys.stderr)
-    if source.others and options.video:
-        raise BtMissionError(
-            f"--video does not apply to fleets: {recording.VIDEO.not_for['fleet']}", code="BT-1102"
-        )
+    if source.others:
+        refuse_for_kind(options, "fleet")
     change, step_ns = ForkChange(), source.step_at(options.at or 0.0)
     if options.mission is not None:
         change = edited(source, options.mission, permissions, step_ns)
@@ -146,7 +147,7 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
             swept: sweep.SweepResult = end.value
             break
     wall_s = wall.elapsed_s
-    kept: recording.Kept = {}
+    kept: Kept = {}
     is_whole = True
     lines = sweep_lines(source, change, swept, wall_s)
     if swept.last is not None and any(getattr(options, name) for name in FILES):
@@ -166,7 +167,7 @@ def run_fork(
     change: ForkChange,
     step_ns: int,
     limit_s: float | None = None,
-) -> tuple[ForkResult, recording.Kept, bool]:
+) -> tuple[ForkResult, Kept, bool]:
     """Run a recorded run again with a change, and keep it as the options ask for.
 
     Returns its result, what is to be said of its files, and whether they are complete.
@@ -194,7 +195,7 @@ def run_fork(
         ),
         recording.recorder_for(options, stage) as keeping,
     ):
-        ended: list[tuple[ForkResult, recording.Kept, bool]] = []
+        ended: list[tuple[ForkResult, Kept, bool]] = []
 
         def end(reports: Reports) -> Report:
             result = finish(reports)
@@ -251,6 +252,18 @@ def beside(path: Path, number: int) -> Path:
     """Name the recording of a fork of a recording."""
     return path.with_name(f"{path.stem}_fork_{number}.mcap")
 
+
+def offer(film: Timeline, robot: str) -> dict[str, str]:
+    """Return what the page of a robot offers: the command, and why the run cannot be forked."""
+    from bt_mission.commands.fork.source import refusal
+    from bt_mission.recording.facts import RunFacts
+
+    of_robot = ["--robot", robot] if len(film.robots) > 1 else []
+    command = shlex.join(["bt-mission", "fork", str(film.path), *of_robot, "--at"])
+    return {"command": command, "refusal": refusal(film.path, RunFacts(film.notes), film.why_cut)}
+
+
+ADDITION = ReplayAddition("fork", fork_shown, offer)
 
 COMMANDS = {
     "fork": Command(

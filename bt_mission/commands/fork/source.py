@@ -18,7 +18,6 @@ from bt_mission.base.text import seconds
 from bt_mission.base.verdicts import conclusion
 from bt_mission.base.versions import versions
 from bt_mission.base.yaml.document import Document, read_text
-from bt_mission.commands.convert.document import document_of
 from bt_mission.commands.fork.robot_files import RobotFiles
 from bt_mission.executive.trace import VERSION
 from bt_mission.language.checks.mission import tree_diagnostics
@@ -33,7 +32,7 @@ from bt_mission.recording.facts import RunFacts, robot_of
 from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.signal_samples import requirements_in
-from bt_mission.sessions.load import XML
+from bt_mission.sessions.load import document_of_text
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
 ROUNDING_NS = 1_000
@@ -377,9 +376,7 @@ def _missions_of(
     name = facts.texts.get("file", "")
     if name not in texts:
         raise ForkError(f"{file.path}: lacks the mission file '{name}'")
-    is_xml = Path(name).suffix == XML
-    text = texts[name]
-    document = document_of(text, name, texts) if is_xml else read_text(text, name)
+    document = document_of_text(texts[name], name, texts)
     if isinstance(document.data, dict) and "fleet" in document.data:
         document = document.under("robots").under(robot_of(facts.node))
     if isinstance(document.data, dict) and isinstance(document.data.get("mission"), dict):
@@ -461,8 +458,7 @@ def _version_of(
     if not texts:
         raise ForkError(f"{file.path}: lacks the files of revision {number}{_cut(file.why_cut)}")
     name = next(iter(texts))
-    text = texts[name]
-    document = document_of(text, name, texts) if Path(name).suffix == XML else read_text(text, name)
+    document = document_of_text(texts[name], name, texts)
     zones = zones_in(_text_of(file, "world", "worlds/").data)
     permissions = replace(permissions, texts=texts)
     check = partial(tree_diagnostics, permissions=permissions)

@@ -8,6 +8,7 @@ from contextlib import closing, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
+from bt_mission.cli.additions import ShowAddition
 from bt_mission.cli.argument_types import port
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.parser import Option, each
@@ -45,8 +46,8 @@ def foxglove_options(*instead: str) -> tuple[Option, ...]:
 
 @contextmanager
 def foxglove_on(options: argparse.Namespace, session: Session) -> Iterator[None]:
-    """Serve the topics of a session, if that is wanted: those of a robot from another process."""
-    if not options.foxglove or options.attach:
+    """Serve the topics of a session: those of a robot from another process."""
+    if options.attach:
         with foxglove_process(options):
             yield
         return
@@ -70,13 +71,10 @@ def foxglove_on(options: argparse.Namespace, session: Session) -> Iterator[None]
 
 @contextmanager
 def foxglove_process(options: argparse.Namespace) -> Iterator[None]:
-    """Another process that serves the graph of this one, if that is wanted.
+    """Another process that serves the graph of this one.
 
     A robot's executive serves no viewers itself, so their failures do not affect it.
     """
-    if not options.foxglove:
-        yield
-        return
     from bt_mission.commands.foxglove.server import listen
 
     number = _port_of(options)
@@ -89,7 +87,7 @@ def serve_graph(options: argparse.Namespace) -> int:
     """Serve the topics of the graph until interrupted; return the exit code."""
     from bt_mission.base.dds.publishers import CLOCK
     from bt_mission.commands.foxglove.server import FoxgloveServer
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
     with GraphSession() as graph:
         node = graph.node
@@ -122,3 +120,12 @@ def _announce(server: FoxgloveServer) -> None:
     from bt_mission.commands.foxglove import LAYOUT
 
     to_stderr(f"in Foxglove: {server.link}, layout {LAYOUT}")
+
+
+ADDITION = ShowAddition(
+    foxglove_options,
+    lambda options: bool(getattr(options, "foxglove", False)),
+    foxglove_on,
+    foxglove_process,
+    serve_graph,
+)

@@ -17,13 +17,13 @@ from bt_mission.base.stamps import NS
 from bt_mission.commands.graph.goal_events import FeedbackReceived, GoalEvent, GoalStateChanged
 from bt_mission.commands.graph.goal_request import ANSWER_S, GRACE_S
 from bt_mission.commands.graph.graph_query import FEEDBACK, STATUS
-from bt_mission.commands.graph.graph_session import wait
 from bt_mission.executive.goals.goal import NO_CALLBACK
 from bt_mission.ros.graph import REQUESTS
+from bt_mission.ros.graph_session import wait
 from bt_mission.ros.interface_types import action_type
 
 if TYPE_CHECKING:
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
 STATUS_WAIT_S = 1.0
 """The status of goals is latched: it arrives as soon as the topic is matched."""

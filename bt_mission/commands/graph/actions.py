@@ -21,8 +21,8 @@ from bt_mission.commands.graph import graph_command
 if TYPE_CHECKING:
     from bt_mission.commands.graph.goal_events import GoalOutcome
     from bt_mission.commands.graph.goal_request import GoalSender
-    from bt_mission.commands.graph.graph_session import GraphSession
     from bt_mission.commands.graph.interface_description import InterfacePart
+    from bt_mission.ros.graph_session import GraphSession
 
 EPILOG = """\
 examples:

@@ -25,7 +25,7 @@ from bt_mission.language.message_types import nested
 
 if TYPE_CHECKING:
     from bt_mission.commands.graph.goal_request import GoalSender
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
 PERIOD_S = 0.05
 """The interval at which received messages are handled, s."""

@@ -30,7 +30,7 @@ from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.server_logs import ServerLogs
 
 if TYPE_CHECKING:
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
 ANSWER_S = 5.0
 """The limit for a server to accept or reject."""

@@ -9,23 +9,23 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
+from bt_mission.base.commands import row_of
 from bt_mission.base.text import columns
 from bt_mission.cli.argument_types import seconds
-from bt_mission.cli.commands import COMMANDS
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import JSON, NAMESPACE, NETWORK, prepare_graph
 from bt_mission.cli.parser import Command, Option
 
 if TYPE_CHECKING:
     from bt_mission.commands.graph.graph_query import Kind
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
 WAIT_S = 5.0
 
 
 def graph_command(name: str, commands: Mapping[str, Command], epilog: str) -> Command:
     """Return a command with subcommands."""
-    words = COMMANDS[name]
+    words = row_of(name).help
     description = (
         f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph and all installed types."
     )
@@ -76,7 +76,7 @@ def json_option(what: str) -> Option:
 def joined(options: argparse.Namespace) -> Iterator[GraphSession]:
     """Take part in the graph."""
     prepare_graph(options)
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
     with GraphSession(options.namespace) as session:
         yield session

@@ -15,8 +15,8 @@ from bt_mission.base.dds.endpoints import node_of
 from bt_mission.base.diagnostics import did_you_mean, listed
 from bt_mission.base.errors import BtMissionError, NotThereError
 from bt_mission.base.stamps import NS
-from bt_mission.commands.graph import graph_session
-from bt_mission.commands.graph.graph_session import NODE_PREFIX, GraphSession, wait
+from bt_mission.ros import graph_session
+from bt_mission.ros.graph_session import NODE_PREFIX, GraphSession, wait
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -25,10 +25,10 @@ exit codes of call: 0 answered, 1 answered with success: false, 2 bad input, 5 n
 
 def call(options: argparse.Namespace) -> int:
     """Call a service and print its answer."""
-    from bt_mission.commands.graph.graph_session import wait
     from bt_mission.commands.graph.interface_description import describe_interface
     from bt_mission.commands.graph.values import as_json, as_yaml, plain, read_fields
     from bt_mission.ros.clients import RosServiceClient
+    from bt_mission.ros.graph_session import wait
 
     text = sys.stdin.read() if options.request == "-" else options.request
     with graph_command.joined(options) as session:

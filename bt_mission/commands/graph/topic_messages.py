@@ -19,7 +19,7 @@ from bt_mission.ros.subscriber import matching_qos
 if TYPE_CHECKING:
     from rclpy.qos import QoSProfile
 
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
 DEPTH = 100
 WAITING = 1_000

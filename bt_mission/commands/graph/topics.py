@@ -12,7 +12,7 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.commands.graph import graph_command
 
 if TYPE_CHECKING:
-    from bt_mission.commands.graph.graph_session import GraphSession
+    from bt_mission.ros.graph_session import GraphSession
 
 EPILOG = """\
 examples:

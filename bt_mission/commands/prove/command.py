@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from bt_mission.base.file_kinds import MISSIONS, refuse_other_formats
 from bt_mission.cli.argument_types import count, input_file, whole
+from bt_mission.cli.checked import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     JSON,
@@ -25,7 +26,6 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option
-from bt_mission.commands.check import permissions_of
 
 if TYPE_CHECKING:
     from bt_mission.commands.prove.explorer import Bounds, Progress
@@ -184,7 +184,7 @@ def _report_of(scenario: Path) -> Path:
 def _write_pages(proof: Proof, folder: Path) -> None:
     """Write the page of a proof; keep the report of each run that shows whether a finding holds."""
     from bt_mission.base.output import make_folder_of, write_file
-    from bt_mission.commands.prove.page.page import page_of
+    from bt_mission.commands.prove.page import page_of
 
     runs = {}
     for number, finding in enumerate(proof.findings, 1):

@@ -14,6 +14,8 @@ from bt_mission.language.loader import required
 from bt_mission.sessions.check import examine
 from bt_mission.testing.stages import mission_file
 
+__all__ = ["ProofFailed", "prove"]
+
 
 class ProofFailed(AssertionError):  # noqa: N818 - its name stands in pytest's summary
     """A property of a mission does not hold, or not all of its states were visited."""

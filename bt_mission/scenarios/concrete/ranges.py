@@ -34,7 +34,7 @@ from bt_mission.scenarios.faults.drawing import unknown_kind
 from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 from bt_mission.scenarios.written_faults import FaultReader
 from bt_mission.sessions.check import has_camera
-from bt_mission.sessions.file_checks import CheckedFile
+from bt_mission.sessions.file_checks import Checked, CheckedFile
 from sim.world.world import FASTEST
 
 EXAMPLES = "'speed=0.1,0.2' or 'speed=0.1..0.26'"
@@ -510,7 +510,7 @@ def read_ranges(path: Path | None) -> RangesFile:
     return RangesFile(None if path is None else read(path))
 
 
-def check_ranges(path: Path) -> tuple[CheckedFile, tuple[Diagnostic, ...]]:
+def check_ranges(path: Path, _robot: str | None = None, _world: str | None = None) -> Checked:
     """Check a file of ranges alone; the names in it are those of a mission.
 
     Raises:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.cli.argument_types import count, port
+from bt_mission.cli.checked import permissions_of
 from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.parser import Option, each
-from bt_mission.commands.check import permissions_of
 
 if TYPE_CHECKING:
     from bt_mission.scenarios.concrete.base import BaseChanges

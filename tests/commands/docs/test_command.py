@@ -12,7 +12,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from bt_mission.cli.commands import COMMANDS, PAGES, load_commands
+from bt_mission.base.commands import ROWS
+from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import make_parser
 from bt_mission.cli.parser import Parser
 from bt_mission.commands.docs.pages import Manual
@@ -283,13 +284,13 @@ def _parsers(action: argparse.Action) -> Iterator[Parser]:
 def test_help_names_pages_that_exist() -> None:
     """Of every command, of options, and in what commands print."""
     names = set(Manual(ROOT / "docs").names)
-    assert COMMANDS.keys() - PAGES.keys() == {"docs"}
-    assert {page for pages in PAGES.values() for page in pages} <= names
+    assert [row.name for row in ROWS if not row.pages] == ["docs"]
+    assert {page for row in ROWS for page in row.pages} <= names
     parsers = list(_parsers(load_commands(make_parser())))
     pages = {option.page for parser in parsers for option in parser.options} - {""}
     assert {"scenarios", "recording"} <= pages <= names
     texts = [parser.format_help() for parser in parsers if not parser.prog.endswith(" docs")]
-    texts += [path.read_text("utf-8") for path in (ROOT / "bt_mission" / "btcpp").glob("*.py")]
+    texts += [path.read_text("utf-8") for path in ROOT.glob("bt_mission/commands/convert/*.py")]
     named = set(re.findall(r"bt-mission docs ([a-z][\w/-]*)", "\n".join(texts)))
     assert named <= names
     assert not [text for text in texts if "docs/" in re.sub(r"docs [\w/-]+", "", text)]

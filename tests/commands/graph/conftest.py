@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from bt_mission.cli import main
-from bt_mission.commands.graph import graph_session
+from bt_mission.ros import graph_session
 from bt_mission.sessions.scripted_server import ScriptedServer
 from tests.support.graph import Graph
 from tests.support.hand import VirtualHand

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.testing import ProofFailed, prove
+from bt_mission.commands.prove.testing import ProofFailed, prove
 
 TURN = "{turn: {angle: 90}, timeout: 9}"
 MISSION = f"mission: m\ntree:\n  sequence: [{TURN}, {TURN}]\n"

@@ -38,7 +38,7 @@ def page_of(proof: Proof, runs: Mapping[int, str]) -> str:
         **{finding.property: "violated" for finding in proof.findings},
     }
     return render(
-        "commands/prove/page/proof.html",
+        "commands/prove/proof.html",
         proof=proof,
         verdicts=[
             (name, verdicts.get(name, "open"), text)
@@ -48,6 +48,11 @@ def page_of(proof: Proof, runs: Mapping[int, str]) -> str:
         nodes=[_node(place, numbered) for place in proof.outcomes],
         findings=[(number, finding, runs.get(number)) for number, finding in numbered],
     )
+
+
+def page_alone(proof: Proof) -> str:
+    """Return the page of a proof without runs of its findings, as a notebook shows it."""
+    return page_of(proof, {})
 
 
 def _node(place: CoveragePlace, findings: list[tuple[int, Finding]]) -> _Node:
