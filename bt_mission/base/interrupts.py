@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -23,8 +24,12 @@ program twice if its parent (`ros2 launch` without a terminal, `timeout`, `uv ru
 TWO_WISHES = 2
 """For a mission: the first signal ends it in an orderly way, the second at once. Both are checked
 between two steps; a third one raises KeyboardInterrupt in the middle of a step. While a user's code
-does not return, `core.clock_watch` acts on them.
+does not return, `base.clock_watch` acts on them.
 """
+
+
+WAITING = 0.02
+"""The share of a processor below which code waits; one that computes gets more, also when busy."""
 
 
 def replaced_handlers(handler: Any) -> list[tuple[signal.Signals, Any]]:
@@ -102,29 +107,34 @@ class InterruptSignals:
 
 
 class TookTooLong(BaseException):
-    """Code has used up its wall time."""
+    """Code has used up its time."""
 
 
 @contextmanager
 def interrupted_after(seconds: float) -> Iterator[None]:
-    """Limit the wall time of a block of Python code, s.
+    """Limit the time of a block of Python code, s: processor time, or wall time in which it waits.
 
-    Only the main thread gets signals, so elsewhere there is no limit; nor is there one for code
-    that blocks outside of Python.
+    On a busy machine, code that computes gets its time. Only the main thread gets signals, so
+    elsewhere there is no limit; nor is there one for code that blocks outside of Python.
 
     Raises:
         TookTooLong: In the block, once the time is over.
     """
+    begin_s = before_s = time.process_time()
 
-    def stop(*_: object) -> None:
-        raise TookTooLong
+    def look(*_: object) -> None:
+        nonlocal before_s
+        now_s = time.process_time()
+        passed_s, before_s = now_s - before_s, now_s
+        if passed_s < WAITING * seconds or now_s - begin_s >= seconds:
+            raise TookTooLong
 
     try:
-        former = signal.signal(signal.SIGALRM, stop)
+        former = signal.signal(signal.SIGALRM, look)
     except ValueError:  # not the main thread
         yield
         return
-    left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
+    left, interval = signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
     try:
         yield
     finally:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import signal
+import time
 
 import pytest
 
 from bt_mission.base import interrupts as module
-from bt_mission.base.interrupts import TWO_WISHES, InterruptSignals
+from bt_mission.base.interrupts import TWO_WISHES, InterruptSignals, TookTooLong, interrupted_after
 
 
 @pytest.fixture
@@ -70,3 +71,18 @@ def test_a_third_signal_interrupts_what_hangs():
             interrupts.note("the user")
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGTERM)
+
+
+def test_code_that_computes_has_processor_time() -> None:
+    """However many others compute; code that waits has as much wall time."""
+    begin_s = time.process_time()
+    with pytest.raises(TookTooLong), interrupted_after(0.1):
+        while True:
+            pass
+    assert time.process_time() - begin_s >= 0.1
+    with pytest.raises(TookTooLong), interrupted_after(0.1):
+        while True:
+            signal.pause()
+    with interrupted_after(5.0):
+        pass
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
