@@ -1,7 +1,8 @@
 """The subscriptions of the servers: a few topics, each translated only when it is read.
 
 Messages are kept serialized: most are never read. Those that every control step reads are decoded
-by `bt_mission.cdr`: to unpack an odometry message with rclpy costs ten times as much as receiving it.
+by `bt_mission.cdr`: to unpack an odometry message with rclpy costs ten times as much as to
+receive it.
 """
 
 from __future__ import annotations
