@@ -92,6 +92,8 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 def _report_unexpected(error: Exception) -> int:
     """Print an unexpected error in a line; gives the exit code."""
+    if isinstance(error, ImportError) and isinstance(error.__cause__, KeyboardInterrupt):
+        return INTERRUPTED  # compiled code has hidden it
     if isinstance(error, OSError) and error.errno == errno.EIO:
         _write_into_nothing()  # the terminal was closed
         return INTERRUPTED

@@ -122,5 +122,6 @@ COMMANDS = {
         "exit codes: the highest of the programs; 1 with --strict, or if a file is incomplete, 2 "
         "bad input, 124 after --for, 130 interrupted",
         passes_on=True,
+        leaves_at_once=True,
     )
 }

@@ -215,17 +215,13 @@ class Call(greenlet):
             raise GreenletExit
         while True:
             self.wait = wait
-            events = sys.modules.get("asyncio.events")
-            loop = None if events is None else events._get_running_loop()
-            if loop is not None:
-                events._set_running_loop(None)  # there is one for each thread of the system
+            loop = running_loop(None)
             try:
                 assert self.parent is not None, "a call is resumed by its host"
                 self.parent.switch()
             finally:
                 self.wait = None
-                if loop is not None:
-                    events._set_running_loop(loop)
+                running_loop(loop)
             if self.handler is None:
                 break
             handle, self.handler = self.handler, None
@@ -236,6 +232,15 @@ class Call(greenlet):
         if isinstance(result, BaseException):
             raise result
         return result
+
+
+def running_loop(loop: Any) -> Any:
+    """Exchange the loop of ``asyncio`` that runs, one for each thread of the system."""
+    events: Any = sys.modules.get("asyncio.events")
+    former = None if events is None else events._get_running_loop()
+    if former is not loop:
+        events._set_running_loop(loop)
+    return former
 
 
 def current_call() -> Call | None:

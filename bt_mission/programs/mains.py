@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import importlib.util
 import io
 import sys
@@ -26,8 +25,6 @@ from bt_mission.base.code_owner import owner_of
 from bt_mission.programs.calls import Call, Host, Program, StandIn, current_call
 from bt_mission.programs.executors import SingleThreadedExecutor
 from bt_mission.programs.threads import LoopLocal
-
-_events: Any = asyncio.events
 
 INTERRUPTED = 130
 """The exit code of a program that a KeyboardInterrupt ends."""
@@ -253,7 +250,7 @@ class MainProgram(Program):
         self._count = 0
         self._outside: tuple[Any, ...] = ()
         self._own_loops = LoopLocal()
-        self._loops: Any = asyncio.DefaultEventLoopPolicy()
+        self._loops: Any = import_module("asyncio").DefaultEventLoopPolicy()
         self._loops._local = self._own_loops
 
     def take_ros_args(self, argv: Sequence[str]) -> None:
@@ -282,8 +279,9 @@ class MainProgram(Program):
 
     @override
     def swap_in(self) -> None:
-        self._outside = (sys.argv, sys.stdout, sys.stderr, sys.stdin, _events._event_loop_policy)
-        sys.argv, sys.stdin, _events._event_loop_policy = self.argv, self._input, self._loops
+        events: Any = sys.modules["asyncio.events"]
+        self._outside = (sys.argv, sys.stdout, sys.stderr, sys.stdin, events._event_loop_policy)
+        sys.argv, sys.stdin, events._event_loop_policy = self.argv, self._input, self._loops
         sys.stdout = sys.stderr = self.output
         modules, hidden = sys.modules, self._hidden
         for name, module in self._modules.items():
@@ -296,8 +294,9 @@ class MainProgram(Program):
 
     @override
     def swap_out(self) -> None:
-        self._loops = _events._event_loop_policy
-        sys.argv, sys.stdout, sys.stderr, sys.stdin, _events._event_loop_policy = self._outside
+        events: Any = sys.modules["asyncio.events"]
+        self._loops = events._event_loop_policy
+        sys.argv, sys.stdout, sys.stderr, sys.stdin, events._event_loop_policy = self._outside
         modules, path, folder = sys.modules, sys.path, self._folder
         if not self._module:
             if path[0] == folder:

@@ -35,7 +35,7 @@ from bt_mission.base import user_loops
 from bt_mission.base.code_owner import owner_of
 from bt_mission.base.stamps import NS
 from bt_mission.programs import clocks, goals, logs, signals, threads
-from bt_mission.programs.calls import Wait, current_call
+from bt_mission.programs.calls import Wait, current_call, running_loop
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from bt_mission.programs.mains import LoopFinder, MainProgram, ProgramContext, RclpyOfNodes
 
@@ -204,21 +204,23 @@ def install() -> Callable[[], None]:
     return end
 
 
-def enter(context: Any) -> tuple[Any, Any]:
+def enter(context: Any) -> tuple[Any, Any, Any]:
     """Let rclpy's default context and ``datetime`` be those of a program. Return the former ones.
 
-    A class that is pickled has to be found in its module: ``datetime`` of others stays.
+    A class that is pickled has to be found in its module: ``datetime`` of others stays. A loop of
+    ``asyncio`` that runs the stage does not run the program.
     """
-    former = utilities.g_default_context, datetime.datetime
+    former = utilities.g_default_context, datetime.datetime, running_loop(None)
     utilities.g_default_context = context
     datetime.datetime = clocks.Datetime  # type: ignore[misc]
     return former
 
 
-def leave(former: tuple[Any, Any]) -> Any:
+def leave(former: tuple[Any, Any, Any]) -> Any:
     """End :func:`enter`. Return the default context until now."""
     latter = utilities.g_default_context
-    utilities.g_default_context, datetime.datetime = former  # type: ignore[misc]
+    utilities.g_default_context, datetime.datetime, loop = former  # type: ignore[misc]
+    running_loop(loop)
     return latter
 
 

@@ -28,7 +28,7 @@ class CtrlC:
                 signal.raise_signal(signal.SIGINT)
             except KeyboardInterrupt as error:
                 raise ImportError("initialization failed") from error
-sys.argv = ["bt-mission", "arbiter"]
+sys.argv = ["bt-mission", *WORDS]
 sys.meta_path.insert(0, CtrlC())
 """
 CTRL_C_AFTER_THE_END = "import atexit; atexit.register(signal.raise_signal, signal.SIGINT)\n"
@@ -54,7 +54,13 @@ def ran(
 @pytest.mark.process
 @pytest.mark.parametrize(
     ("happens", "code"),
-    [(CTRL_C_WHILE_LOADED, 130), (CTRL_C_WHILE_ROS_IS_LOADED, 130), (CTRL_C_AFTER_THE_END, 0)],
+    [
+        (CTRL_C_WHILE_LOADED, 130),
+        (f"WORDS = ['arbiter']\n{CTRL_C_WHILE_ROS_IS_LOADED}", 130),
+        (f"WORDS = ['watch']\n{CTRL_C_WHILE_ROS_IS_LOADED}", 130),
+        (f"WORDS = ['play', 'x.py']\n{CTRL_C_WHILE_ROS_IS_LOADED}", 130),
+        (CTRL_C_AFTER_THE_END, 0),
+    ],
 )
 def test_ctrl_c_before_and_after_is_no_traceback(happens: str, code: int) -> None:
     """Both take seconds on a busy machine; what has ended keeps its exit code."""

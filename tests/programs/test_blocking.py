@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import datetime as dt
 import queue
 import random
@@ -339,6 +340,22 @@ def test_nothing_else_gets_what_programs_get(programs: Any) -> None:
     assert inside[1] == [False, False, False]
     programs.host.close()
     assert originals() == ORIGINALS
+
+
+def test_a_loop_that_runs_the_stage_does_not_run_programs(programs: Any) -> None:
+    """As for a page in a browser: it is still there afterwards, and a program runs its own."""
+
+    def sleep() -> bool:
+        time.sleep(1)
+        asyncio.run(asyncio.sleep(1))
+        return asyncio._get_running_loop() is None
+
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        assert programs.run(sleep) == (2, True)
+        assert asyncio.get_running_loop() is loop
+
+    asyncio.run(run())
 
 
 def test_random_numbers_of_a_program_follow_from_its_seed(programs: Any) -> None:

@@ -437,11 +437,13 @@ def test_an_execute_callback_that_raises_prints_its_traceback(run: Any) -> None:
 
 @pytest.mark.parametrize(("code", "exit_code", "lines"), ENDS)
 def test_a_program_ends_as_a_process_does(run: Any, code: str, exit_code: int, lines: Any) -> None:
-    """With the exit code of Python; what it prints is kept."""
+    """With the exit code of Python; what it prints is kept. Another one runs afterwards."""
     code_, printed = run(code)
     assert code_ == exit_code
     text = "\n".join(line for _, line in printed)
     assert [line for line in lines if line not in text] == [], text
+    code_, printed = run("import rclpy\nrclpy.init()\nprint('after')\n")
+    assert (code_, [line for _, line in printed]) == (0, ["after"]), "the clock is usable"
 
 
 def test_each_program_has_its_own_process(run: Any) -> None:

@@ -235,6 +235,20 @@ def test_a_fork_makes_them_again_where_it_may(
     assert '"is_identical": true' in capsys.readouterr().out
 
 
+def test_a_fork_runs_whole_programs_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Up to the instant of the fork they do the same, and then go on."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("sleepy_server.py", "sleepy_numbers.yaml"):
+        shutil.copy(ROOT / "docs" / "tutorials" / "code" / name, tmp_path)
+    assert main(["run", "sleepy_numbers.yaml", "--plain", "--record", "run.mcap"]) == 0
+    assert main(["fork", "run.mcap", "--at", "3"]) == 2
+    assert "the Python node 'sleepy_server.py --threads' is refused" in capsys.readouterr().err
+    assert main(["fork", "run.mcap", "--at", "3", "--import-python", "--json"]) == 0
+    assert '"is_identical": true' in capsys.readouterr().out
+
+
 def test_a_run_with_nodes_of_a_program_cannot_be_forked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
