@@ -10,6 +10,10 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
 from bt_mission.language.trees import all_steps, has_python
 from bt_mission.robots.model import RobotModel, load_robot
+from sim.physics.spawn import RobotSpawn
+from sim.robot.fit import is_clear, off_floor
+from sim.ros.schedule import RateError, period_of
+from sim.sensors.topics import topics_of
 from sim.world.loader import load_world
 from sim.world.world import Spawn, World
 
@@ -34,12 +38,19 @@ TOPICS = frozenset(
 
 
 def start_problem(world: World, robot: RobotModel, spawn: Spawn | None = None) -> str | None:
-    """Return why a robot cannot start in a world, at the world's spawn or another one, or None."""
-    from sim.physics.spawn import RobotSpawn  # noqa: PLC0415 - MuJoCo takes long
-    from sim.simulation import Simulation  # noqa: PLC0415 - the same
+    """Return why a robot cannot start in a world, at the world's spawn or another one, or None.
+
+    The physics decides only where the robot may touch something.
+    """
+    entrant, start = RobotSpawn(robot, spawn=spawn), spawn or world.spawn
+    if outside := off_floor(world, entrant, start):
+        return str(outside)
+    if is_clear(world, entrant, start):
+        return None
+    from sim.simulation import Simulation  # noqa: PLC0415 - MuJoCo takes long
 
     try:
-        Simulation(world, [RobotSpawn(robot, spawn=spawn)], seed=0)
+        Simulation(world, [entrant], seed=0)
     except BtMissionError as error:
         return str(error)
     return None
@@ -63,8 +74,6 @@ def dragging_parts(robot: RobotModel) -> list[str]:
 
 def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the rates of sensors that do not fit the steps of the physics, with their keys."""
-    from sim.ros.schedule import RateError, period_of  # noqa: PLC0415 - MuJoCo takes long
-
     for path, rate in robot.rates.items():
         try:
             period_of(rate, ".".join(path))
@@ -97,13 +106,11 @@ def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
 
 def _missing_topics(mission: Mission, robot: RobotModel) -> Iterator[Diagnostic]:
     """Yield a warning for each topic that is read and that nothing in the simulation publishes."""
-    from sim.sensors.kinds import sensors_of  # noqa: PLC0415 - MuJoCo takes long
-
     steps = list(all_steps(mission))
     if mission.nodes or has_python(mission):
         return  # these may publish anything
     own = {_plain(step.ros_name) for step in steps if isinstance(step, PublishNode)}
-    known = TOPICS | own | {kind.topic for kind in sensors_of(robot)}
+    known = TOPICS | own | topics_of(robot)
     read = [
         (tree.document, (*follow.place.path, "topic"), follow.settings.topic)
         for tree in mission.all_trees

@@ -1,12 +1,15 @@
-"""Whether a robot fits at a place, and the error if it does not."""
+"""Whether a robot fits at a place, and the error if it does not.
+
+Geometry alone, without MuJoCo: `check` asks here first.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 from bt_mission.base.errors import BtMissionError
-from sim.physics.contacts import Contacts
-from sim.physics.physics import Physics
+from bt_mission.robots.body import PolygonBody
 from sim.physics.spawn import RobotSpawn
 from sim.world.world import Spawn, World
 
@@ -53,13 +56,26 @@ def off_floor(world: World, entrant: RobotSpawn, spawn: Spawn) -> SpawnError | N
     )
 
 
-def no_room_at_start(physics: Physics, entrant: RobotSpawn, spawn: Spawn) -> SpawnError:
-    """Return the error of a robot that touches an obstacle at its start."""
-    touched = Contacts(physics.model, physics.names, entrant.prefix).look(physics.data, 0)
-    names = ", ".join(sorted(f"'{collision.obstacle}'" for collision in touched))
+def is_clear(world: World, entrant: RobotSpawn, spawn: Spawn) -> bool:
+    """Return whether nothing is near enough to touch a robot at its start, however it is turned.
+
+    False decides nothing. So it is for a body that only MuJoCo knows: a model, or a mesh.
+    """
+    robot = entrant.robot
+    if robot.model is not None or isinstance(robot.body, PolygonBody):
+        return False
+    reach = robot.turning_radius + TOUCHING
+    return all(obstacle.distance(spawn.x, spawn.y) > reach for obstacle in world.obstacles)
+
+
+def no_room_at_start(
+    world: World, entrant: RobotSpawn, spawn: Spawn, touched: Collection[str]
+) -> SpawnError:
+    """Return the error of a robot that touches obstacles at its start."""
+    names = ", ".join(sorted(f"'{obstacle}'" for obstacle in touched))
     who = f"a {entrant.robot.name}" + (f" ({entrant.name})" if entrant.name else "")
     return SpawnError(
-        f"world {physics.world.name}: {who} does not fit at the spawn"
+        f"world {world.name}: {who} does not fit at the spawn"
         f" ({spawn.x:g}, {spawn.y:g}, {spawn.yaw:g} deg): it touches {names};"
         " move the spawn, or make room",
         entrant.name,

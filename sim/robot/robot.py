@@ -89,8 +89,8 @@ class SimulatedRobot:
         spawn = entrant.spawn or physics.world.spawn
         if outside := fit.off_floor(physics.world, entrant, spawn):
             raise outside
-        if self._contacts.touched(data):
-            raise fit.no_room_at_start(physics, entrant, spawn)
+        if touched := self._contacts.touched(data):
+            raise fit.no_room_at_start(physics.world, entrant, spawn, touched)
         start_yaw = math.radians(spawn.yaw)
         mount = Mount(physics, self.robot, prefix, seed, start_yaw, self.faults)
         self.sensors = tuple(kind(mount) for kind in present)

@@ -10,6 +10,7 @@ from typing_extensions import override
 
 from bt_mission.robots.model import BatteryModel as BatterySpec
 from sim.faults import FaultError
+from sim.sensors import topics
 from sim.sensors.sensor import Mount, Sensor
 
 
@@ -62,7 +63,7 @@ class BatterySensor(Sensor):
     """Shows the state of the battery."""
 
     name = "battery"
-    topic = "battery_state"
+    topic = topics.BATTERY_STATE
     message = "sensor_msgs/msg/BatteryState"
     rate = 20.0
     """Hz [turtlebot3_node]."""

@@ -9,6 +9,7 @@ from typing_extensions import override
 
 from sim.physics.contacts import Contacts
 from sim.physics.names import BASE
+from sim.sensors import topics
 from sim.sensors.lidar import sector
 from sim.sensors.sensor import Mount, Sensor
 
@@ -21,7 +22,7 @@ class BumperSensor(Sensor):
 
     name = "bumper"
     table = "bumpers"
-    topic = "bumper"
+    topic = topics.BUMPER
     message = "std_msgs/msg/Bool"
     is_latched = True
 

@@ -18,6 +18,7 @@ from bt_mission.robots.model import RobotModel
 from sim.faults import SensorFaults, within
 from sim.frames import BASE_LINK, FramePose, Quaternion
 from sim.physics.names import BASE, CAMERA, FLOOR, LOOKS, MARKS, ROBOT, SCREENS, SOLID
+from sim.sensors import topics
 from sim.sensors.canvas import Canvas, Image, NoCameraError
 from sim.sensors.noise import PictureNoise
 from sim.sensors.sensor import Mount, Sensor
@@ -167,7 +168,7 @@ class CameraInfoSensor(Sensor):
     """The calibration of a camera: a pinhole without distortion, square pixels."""
 
     name = "camera"
-    topic = "camera/camera_info"
+    topic = topics.CAMERA_INFO
     message = "sensor_msgs/msg/CameraInfo"
     frame = FRAME
     is_camera = True
@@ -210,7 +211,7 @@ class CameraSensor(Sensor):
     """A robot's camera. Images are rendered only with a subscription: they cost the most."""
 
     name = "camera"
-    topic = "camera/image_raw"
+    topic = topics.CAMERA_IMAGE
     message = "sensor_msgs/msg/Image"
     frame = FRAME
     is_camera = True

@@ -14,6 +14,7 @@ from bt_mission.robots.model import RobotModel
 from sim.faults import SensorFaults
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
+from sim.sensors import topics
 from sim.sensors.camera import OPTICAL, CameraInfoSensor, image
 from sim.sensors.noise import PictureNoise
 from sim.sensors.rays import Rays
@@ -27,7 +28,7 @@ class DepthInfoSensor(CameraInfoSensor):
     """The calibration of a depth camera: a pinhole without distortion, square pixels."""
 
     name = "depth_camera"
-    topic = "camera/depth/camera_info"
+    topic = topics.DEPTH_INFO
     frame = OPTICAL_FRAME
     breaks = SensorFaults()
 
@@ -39,7 +40,7 @@ class DepthCameraSensor(Sensor):
     """
 
     name = "depth_camera"
-    topic = "camera/depth/image_rect_raw"
+    topic = topics.DEPTH_IMAGE
     message = "sensor_msgs/msg/Image"
     frame = OPTICAL_FRAME
     is_camera = True

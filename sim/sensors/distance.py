@@ -12,6 +12,7 @@ from typing_extensions import override
 from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
+from sim.sensors import topics
 from sim.sensors.noise import Noise
 from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
@@ -30,7 +31,7 @@ class RangeSensor(Sensor):
 
     name = "range"
     table = "range_sensors"
-    topic = "range"
+    topic = topics.RANGE
     message = "sensor_msgs/msg/Range"
     frame = "range"
 

@@ -11,6 +11,7 @@ import numpy as np
 from typing_extensions import override
 
 from sim.physics.names import ACCELEROMETER, BASE
+from sim.sensors import topics
 from sim.sensors.noise import Noise
 from sim.sensors.sensor import Mount, Sensor
 
@@ -33,7 +34,7 @@ class Imu(Sensor):
     """Reads the model's accelerometer, and the base's turn rate and attitude."""
 
     name = "imu"
-    topic = "imu"
+    topic = topics.IMU
     message = "sensor_msgs/msg/Imu"
     frame = "imu_link"
 

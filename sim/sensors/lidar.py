@@ -18,6 +18,7 @@ from sim.faults import SensorFaults, expected, within
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
 from sim.physics.simulator import FollowedSimulator
+from sim.sensors import topics
 from sim.sensors.noise import Noise
 from sim.sensors.rays import Rays
 from sim.sensors.sensor import Mount, Sensor
@@ -224,7 +225,7 @@ class LidarSensor(Sensor):
 
     name = "lidar"
     table = "lidars"
-    topic = "scan"
+    topic = topics.SCAN
     message = "sensor_msgs/msg/LaserScan"
     frame = "base_scan"
     is_reliable = False

@@ -10,6 +10,7 @@ from bt_mission.robots.model import RobotModel
 from sim.faults import RobotFaultState, SensorFaults
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.physics import Physics
+from sim.sensors.topics import topic_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +117,7 @@ def named(kind: type[Sensor], name: str) -> type[Sensor]:
     if (kind, name) not in _NAMED:
         fields = {
             "name": f"{kind.name}_{name}",
-            "topic": f"{kind.topic}_{name}",
+            "topic": topic_of(kind.topic, name),
             "frame": kind.frame and f"{kind.frame}_{name}",
             "figures": classmethod(figures),
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import jsonschema
@@ -19,8 +20,11 @@ from bt_mission.sessions.file_checks import requirements_schema, robot_schema, w
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_checks import TOPICS, stage_problems, start_problem
+from sim.physics.spawn import RobotSpawn
+from sim.robot.fit import SpawnError, is_clear
 from sim.sensors.kinds import sensors_of
-from sim.world.world import World
+from sim.simulation import Simulation
+from sim.world.world import Cylinder, Spawn, World
 from tests.support.project import ROOT
 
 WORLDS = sorted((ROOT / "worlds").glob("*.yaml"))
@@ -112,6 +116,25 @@ def test_a_floor_smaller_than_the_robot_is_refused() -> None:
         "a wheel of the waffle at (0, 0, 0 deg) is beside the floor of 0.1 m x 0.1 m around (0, 0)"
         "; make the floor larger, or move the spawn"
     )
+
+
+@pytest.mark.parametrize("robot", ["waffle", "turtlebot4", "f1tenth"])
+@pytest.mark.parametrize("yaw", [0, 30, 45])
+def test_what_touches_no_robot_however_it_is_turned_needs_no_physics(
+    robot: str, yaw: float
+) -> None:
+    """A post is moved towards the robot; where geometry says that it is clear, physics agrees."""
+    model = load_robot(robot)
+    clear = []
+    for step in range(30):
+        post = Cylinder(name="post", x=0.6 - step * 0.02, y=0, radius=0.05)
+        world = World(name="w", size=(4, 4), spawn=Spawn(yaw=yaw), cylinders=(post,))
+        entrant = RobotSpawn(model)
+        clear.append(is_clear(world, entrant, world.spawn))
+        with nullcontext() if clear[-1] else suppress(SpawnError):
+            Simulation(world, [entrant], seed=0)
+    assert clear == sorted(clear, reverse=True)
+    assert (clear[0], clear[-1]) == (True, False)
 
 
 def test_camera_faults_need_a_camera() -> None:

@@ -7,12 +7,14 @@ import pytest
 from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
+from bt_mission.base.files import names
 from bt_mission.robots.model import load_robot
 from sim.ros.sensor_topics import empty_message
 from sim.sensors.camera import CameraInfoSensor
 from sim.sensors.imu import Imu
 from sim.sensors.kinds import sensors_of
 from sim.sensors.lidar import LidarSensor
+from sim.sensors.topics import topics_of
 from tests.support.simulated import alone
 
 KINDS = {
@@ -69,6 +71,13 @@ def test_camera_info_is_a_pinhole(simulate):
     assert message.k == pytest.approx([focal, 0, 160, 0, focal, 120, 0, 0, 1])
     assert message.p == pytest.approx([focal, 0, 160, 0, 0, focal, 120, 0, 0, 0, 1, 0])
     assert (message.distortion_model, list(message.d)) == ("plumb_bob", [0.0] * 5)
+
+
+@pytest.mark.parametrize("name", names("robots"))
+def test_the_topics_of_a_robot_are_known_without_its_sensors(name):
+    """`check` looks for them without loading MuJoCo."""
+    robot = load_robot(name)
+    assert topics_of(robot) == {kind.topic for kind in sensors_of(robot)}
 
 
 def test_a_robot_without_a_camera_has_the_other_sensors():
