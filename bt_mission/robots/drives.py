@@ -10,7 +10,6 @@ import math
 from abc import abstractmethod
 from typing import Annotated, Literal, TypeAlias
 
-import numpy as np
 from pydantic import Field, field_validator
 
 from bt_mission.robots.parts import (
@@ -195,6 +194,8 @@ class OmnidirectionalDrive(Wheels):
     @field_validator("wheels")
     @classmethod
     def _drive_every_way(cls, wheels: tuple[OmniWheel, ...]) -> tuple[OmniWheel, ...]:
+        import numpy as np  # noqa: PLC0415 - for this drive alone
+
         rows = np.array([wheel.row(1.0) for wheel in wheels])
         largest = max(1e-9, float(np.hypot(*np.array([(w.x, w.y) for w in wheels]).T).max()))
         rows[:, 2] /= largest

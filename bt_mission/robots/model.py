@@ -496,20 +496,34 @@ def _wheel_problems(drive: Drive, model: ModelFile) -> Iterator[tuple[str, tuple
 
 
 def _inertia_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:
-    """Yield why no body of this mass and size has this inertia."""
-    low, middle, high = sorted(robot.base_inertia)
-    if high > (low + middle) * (1 + 1e-6):
-        text = f"no body has this inertia: {high:g} is more than {low:g} + {middle:g} kg m^2"
-        yield "BT-307", ("base_inertia",), text
+    """Yield why no base, and no wheel, of this mass and size has this inertia."""
     bottom, top = robot.body.heights
     farthest = math.hypot(2 * robot.turning_radius, max(top, 0.0) - min(bottom, 0.0))
-    most = robot.base_mass * farthest**2
+    words = "body and wheels allow", "base_mass"
+    yield from _impossible(("base_inertia",), robot.base_inertia, robot.base_mass, farthest, *words)
+    drive = robot.drive
+    if isinstance(drive, DifferentialDrive):
+        farthest = math.hypot(2 * drive.wheel_radius, drive.wheel_width)
+        words = "wheel_radius and wheel_width allow", "wheel_mass"
+        path = ("drive", "wheel_inertia")
+        yield from _impossible(path, drive.wheel_inertia, drive.wheel_mass, farthest, *words)
+
+
+def _impossible(
+    path: tuple[str, ...], inertia: Size3, mass: float, farthest: float, size: str, mass_key: str
+) -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Yield why no body of a mass, with two points at most `farthest` m apart, has an inertia."""
+    low, middle, high = sorted(inertia)
+    if high > (low + middle) * (1 + 1e-6):
+        text = f"no body has this inertia: {high:g} is more than {low:g} + {middle:g} kg m^2"
+        yield "BT-307", path, text
+    most = mass * farthest**2
     if high > most:
         text = (
-            f"expected at most {most:.3g} kg m^2, all of {robot.base_mass:g} kg as far apart as"
-            f" body and wheels allow, got {high:g} kg m^2; check base_inertia and base_mass"
+            f"expected at most {most:.3g} kg m^2, all of {mass:g} kg as far apart as {size}, got"
+            f" {high:g} kg m^2; check {path[-1]} and {mass_key}"
         )
-        yield "BT-307", ("base_inertia",), text
+        yield "BT-307", path, text
 
 
 def _balance_problems(robot: RobotModel) -> Iterator[tuple[str, tuple[str, ...], str]]:

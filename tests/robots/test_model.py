@@ -94,6 +94,7 @@ def test_burger_has_no_camera():
 BOX = "shape: box\n  size: [0.266, 0.266, 0.094]    # m\n  centre: [-0.064, 0.0, 0.047]"
 LOOP = "shape: polygon\n  outline: [[0, 0], [1, 1], [1, 0], [0, 1]]\n  bottom: 0\n  top: 1"
 INERTIA = "base_inertia: [8.700e-3, 8.620e-3, 1.4613e-2]"
+WHEEL = "wheel_inertia: [1.12e-5, 2.07e-5, 1.12e-5]"
 HEAVY = "base_inertia: [8700, 8620, 14613]"
 FRONT_RIGHT = "heading: 0, roller: 45}    # front right"
 
@@ -141,6 +142,14 @@ def written(tmp_path: Path, robot: str, changes: dict[str, str]) -> Path:
         ("waffle", "base_mass: 1.37291", "base_mass: 13729.1", "base_mass", "is it in kg?"),
         ("waffle", INERTIA, f"{INERTIA[:-10]}0.02]", "base_inertia", "more than 0.00862 + 0.0087"),
         ("waffle", INERTIA, HEAVY, "base_inertia", "check base_inertia and base_mass"),
+        (
+            "waffle",
+            WHEEL,
+            "wheel_inertia: [1e-5, 2e-5, 4e-5]",
+            "drive.wheel_inertia",
+            "no body has this inertia",
+        ),
+        ("waffle", WHEEL, "wheel_inertia: [1, 1, 1]", "drive.wheel_inertia", "and wheel_mass"),
         ("waffle", "# model: LDS-02", "model: LDS-03", "sensors.lidar.model", "LDS-01"),
         ("waffle", "slip: 0.0", "slip: 0.9", "sensors.odometry.slip", "at most 0.5"),
         ("waffle", "start_charge: 1.0", "start_charge: 9", "battery.start_charge", "at most 1"),
