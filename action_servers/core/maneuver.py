@@ -15,13 +15,14 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Literal, Protocol, TypeAlias, Union
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, Union
 
 from action_servers.core.error_codes import ErrorCode
 from bt_mission.base.geometry import Pose2D, Twist2D
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 ZERO = Twist2D()
 

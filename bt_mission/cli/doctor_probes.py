@@ -66,7 +66,7 @@ def plugins() -> str:
     """Imports the actions of other packages; the first that cannot be used fails."""
     from bt_mission.language.action_names import BROKEN, plugged
 
-    usable = plugged(())
+    usable = plugged()
     if BROKEN:
         name, why = next(iter(BROKEN.items()))
         sys.exit(f"{name}: {why}")

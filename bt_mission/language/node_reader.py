@@ -22,7 +22,7 @@ from bt_mission.base.diagnostics import (
 )
 from bt_mission.base.yaml.document import Document
 from bt_mission.base.yaml.models import model_diagnostics
-from bt_mission.language.action_names import BROKEN
+from bt_mission.language.action_names import BROKEN, plugged
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.follow import Follow, FollowSettings
@@ -36,7 +36,7 @@ from bt_mission.language.nodes.base import (
     Written,
 )
 from bt_mission.language.nodes.composites import SequenceNode
-from bt_mission.language.nodes.registry import KINDS
+from bt_mission.language.nodes.registry import GENERAL, KINDS
 
 NODE = "a node such as 'wait: 2.0'"
 TIMEOUT = "timeout"
@@ -223,6 +223,7 @@ class NodeReader(Reading):
         else:
             key = next(_strange(data), next(iter(data)))
             message, hint = remedies.unknown_kind(data, key, KINDS, _MODIFIERS)
+            plugged()
             if key in BROKEN:
                 message, hint = f"the plug-in {quoted(key)} cannot be used: {BROKEN[key]}", None
             code = "BT-215" if key in BROKEN else "BT-203"
@@ -302,4 +303,5 @@ _UNKNOWN_KEY = re.compile(r"unknown key '([^']*)'")
 _NO_KEYS: set[str] = set()
 _BELOW = frozenset(("do", "then", "else", "body", "child", "children", "steps"))
 """Keys with nodes below one, here and elsewhere."""
-_MODIFIERS = frozenset(name for model in KINDS.values() for name in model.keys) - {*KINDS}
+_MODIFIERS = frozenset(name for model in GENERAL.values() for name in model.keys) - {*GENERAL}
+"""Also of nodes with a short name: they take those of `action`."""

@@ -11,15 +11,16 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
-
-from py_trees.behaviour import Behaviour
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.base.diagnostics import did_you_mean, listed, quoted
 from bt_mission.base.errors import HintedError, described
 from bt_mission.base.user_files import load_file
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.permissions import is_within
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
 
 GROUP = "bt_mission.leaves"
 """The entry points by which a package names its behaviours."""
@@ -317,6 +318,8 @@ def _behaviour(member: Any, target: str) -> type[Behaviour]:
 
 
 def _is_behaviour(value: object) -> bool:
+    from py_trees.behaviour import Behaviour  # noqa: PLC0415 - missions with leaves are rare
+
     return inspect.isclass(value) and issubclass(value, Behaviour) and value is not Behaviour
 
 

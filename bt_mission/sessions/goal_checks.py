@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from bt_mission.base.actions import declared_as
 from bt_mission.base.diagnostics import Diagnostic
 from bt_mission.base.stamps import NS
 from bt_mission.base.yaml.document import Document
-from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.action_names import plugged
 from bt_mission.language.checks.types import Ranges
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.message_types import MAP_FRAME
@@ -61,8 +61,10 @@ OUR_SERVERS = ServerSettings()
 """The servers as they are started without any parameters."""
 
 
-_OF_PACKAGES = {named.name: named for named in ACTION_NAMES.values() if isinstance(named, Action)}
-"""Actions that other packages declare, with their limits."""
+@cache
+def _of_packages() -> Mapping[str, Action]:
+    """Return the actions that other packages declare, with their limits."""
+    return {named.name: named for named in plugged().values() if isinstance(named, Action)}
 
 
 class ServerGoalRules:
@@ -149,7 +151,7 @@ class ServerGoalRules:
         offered = self._settings.offered
         if offered is not None and name not in offered:
             return None
-        known = _OF_PACKAGES.get(name) if declaration is None else declaration.known
+        known = _of_packages().get(name) if declaration is None else declaration.known
         if known is None or known.type != node.type:
             return None
         return known if isinstance(known, Action) else action(name)

@@ -120,6 +120,19 @@ def test_the_first_line_comes_before_everything(
     assert commands_in(modules) <= {"bt_mission.commands.run", "bt_mission.commands.check"}
 
 
+@pytest.mark.parametrize("command", ["check", "tree"])
+@pytest.mark.parametrize("mission", ["short.yaml", "square"])
+def test_what_runs_nothing_loads_neither_simulation_nor_trees(
+    tmp_path: Path, command: str, mission: str
+) -> None:
+    """Nor ROS itself: the types of goals are Python classes. No goal, no maneuver, no NumPy."""
+    (tmp_path / "short.yaml").write_text(MISSION)
+    modules = loaded(tmp_path, LISTED, command, mission)
+    assert of_packages(modules).isdisjoint({"mujoco", "py_trees", "rclpy", "scipy", "cv2", "PIL"})
+    if mission == "short.yaml":
+        assert "numpy" not in modules
+
+
 @pytest.mark.thorough
 def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
     """Not what others compute paths and pictures with, nor what draws or reads XML."""

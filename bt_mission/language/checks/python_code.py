@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
 
-from py_trees.behaviour import Behaviour
-
-from bt_mission.base.clock_watch import CONTAINED
 from bt_mission.base.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.base.errors import described
 from bt_mission.base.yaml.document import Document, Key
@@ -25,6 +23,9 @@ from bt_mission.language.plugins import (
     locate,
     program_of,
 )
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
 
 
 def factory_diagnostics(
@@ -65,6 +66,8 @@ def _construction_diagnostics(
     kind: type[Behaviour], node: PythonNode, document: Document
 ) -> Iterator[Diagnostic]:
     """Construct a leaf; yield what its constructor raises."""
+    from bt_mission.base.clock_watch import CONTAINED  # noqa: PLC0415 - for users' code alone
+
     try:
         with CONTAINED:
             kind(node.label)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator, create_model
@@ -140,13 +141,12 @@ class ShortActionNode(GoalNode):
         return self.model_copy(update={"goal": sent})
 
 
-def _short_node(name: str) -> type[ShortActionNode]:
+@cache
+def short_node(name: str) -> type[ShortActionNode]:
+    """Return the kind of node of a short name. Raises KeyError."""
+    action = ACTION_NAMES[name]
     title = "".join(word.capitalize() for word in name.split("_")) + "Node"
     goal: Any = (fields.Goal, Field(alias=name))
     node = create_model(title, __base__=ShortActionNode, __doc__=f"A goal of {name}.", goal=goal)
-    node.short, node.action = name, ACTION_NAMES[name]
+    node.short, node.action = name, action
     return node
-
-
-SHORT_NODES = {name: _short_node(name) for name in ACTION_NAMES}
-"""The kinds whose values are goals, by their short names."""

@@ -154,9 +154,8 @@ EXAMPLES: Mapping[str, Mapping[str, Any]] = {
     "finally": {"timeout": 5},
     "repeat": {"count": 3},
     "retry": {"attempts": 3},
-    **{kind: action.example for kind, action in ACTION_NAMES.items() if action.example},
 }
-"""Fields of types of nodes; the first is meant where a type gets one value."""
+"""Fields of types of nodes, besides those of goals."""
 
 ALL_KINDS = "'bt-mission docs nodes' lists all"
 NEAREST = 3
@@ -231,10 +230,15 @@ def beside(key: str, kind: str) -> str:
     return f"{quoted(key)} is a modifier: write it beside {quoted(kind)}, not inside it"
 
 
+def example_of(kind: str) -> Mapping[str, Any]:
+    """Return fields of a type of node: the first is meant where it gets one value; or nothing."""
+    known = ACTION_NAMES.get(kind)
+    return EXAMPLES.get(kind, {}) if known is None else known.example
+
+
 def lone_value(kind: str, value: Any) -> tuple[str, str] | None:
     """Return what is wrong with one value where a type takes fields, and a hint; else None."""
-    example = EXAMPLES.get(kind)
-    if example is None or isinstance(value, dict):
+    if isinstance(value, dict) or not (example := example_of(kind)):
         return None
     message = f"expected a mapping, got {describe(value)}"
     name, usual = next(iter(example.items()))

@@ -9,7 +9,7 @@ from bt_mission.base.text import can_encode, escape_control
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import Family, NodeModel, Sign
-from bt_mission.language.nodes.registry import KINDS
+from bt_mission.language.nodes.registry import GENERAL
 
 
 @dataclass(frozen=True)
@@ -98,5 +98,5 @@ def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
 
 def can_show(encoding: str | None) -> bool:
     """Return whether a stream of this encoding has all the signs."""
-    signs = [node.sign.glyph for node in KINDS.values()]
+    signs = [node.sign.glyph for node in GENERAL.values()]
     return can_encode("".join((*signs, *BRANCHES[False])), encoding)

@@ -17,10 +17,9 @@ from bt_mission.executive.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.executive.behaviours.hooks import Hooked
 from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.action import SHORT_NODES
 from bt_mission.language.nodes.base import Family, NodeModel, Sign
 from bt_mission.language.nodes.fields import Seconds
-from bt_mission.language.nodes.registry import KINDS
+from bt_mission.language.nodes.registry import GENERAL, KINDS
 from bt_mission.sessions.load import convert, load
 from tests.support.project import LANGUAGE_PAGES, ROOT
 
@@ -63,7 +62,7 @@ def corpus(tmp_path: Path) -> Path:
     return Path(shutil.copy(CORPUS, tmp_path))
 
 
-@pytest.mark.parametrize("key", [key for key in KINDS if key not in SHORT_NODES])
+@pytest.mark.parametrize("key", GENERAL)
 def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its class tells the rest: form, values, variables, ends, label and details."""
     results = list(lacking(key, corpus, LANGUAGE_PAGES, capsys))
@@ -92,7 +91,7 @@ def test_what_a_new_kind_lacks_is_named(
 
     Its element of XML follows from the class, too.
     """
-    monkeypatch.setitem(KINDS, "honk", HonkNode)
+    monkeypatch.setitem(GENERAL, "honk", HonkNode)
     assert list(lacking("honk", corpus, LANGUAGE_PAGES, capsys)) == [BEHAVIOUR, PARAGRAPH, EXAMPLE]
     monkeypatch.setitem(cast("dict[Any, Any]", BEHAVIOURS), HonkNode, leaves.Wait)
     assert list(lacking("honk", corpus, LANGUAGE_PAGES, capsys)) == [PARAGRAPH, EXAMPLE]
