@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
@@ -135,6 +134,8 @@ def _end_of_rest(cut: Diagnostic) -> int:
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
     """Return "did you mean 'x'?" for the nearest name, or one with it as a word; None without."""
+    import difflib  # noqa: PLC0415 - for errors alone
+
     known = list(islice(valid, LIKENED_NAMES))
     near = difflib.get_close_matches(name[:100], known, n=1, cutoff=0.6)
     near = near or [other for other in known if name in re.split(r"[_./]", other)]

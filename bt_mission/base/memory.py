@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 
-WHILE_LOADING = 50_000
+WHILE_LOADING = 200_000
 """New objects before a collection, instead of Python's 700: imported modules are not garbage."""
 
 _USUAL = gc.get_threshold()

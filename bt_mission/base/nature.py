@@ -6,11 +6,13 @@ the quantity's name; a number in place of a draw fixes it.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+
+if TYPE_CHECKING:
+    import random
 
 Profile: TypeAlias = Literal["none", "mild", "usual", "harsh"]
 PROFILES: tuple[Profile, ...] = get_args(Profile)
@@ -256,6 +258,8 @@ USUAL = Nature("usual")
 
 def generator(seed: int, name: str, robot: str = "") -> random.Random:
     """Return the generator of a name, the same in every run of a seed."""
+    import random  # noqa: PLC0415 - options name natures without drawing any
+
     return random.Random(f"{seed}/nature/{robot}/{name}")
 
 

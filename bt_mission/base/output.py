@@ -7,7 +7,6 @@ A whole file at once: :func:`write_file` and :func:`new_file`. A file that grows
 from __future__ import annotations
 
 import os
-import secrets
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -103,7 +102,7 @@ def new_file(path: Path, *, mode: int | None = None, follows: bool = True) -> It
             with target.open("wb") as stream:
                 yield stream
             return
-        part = target.with_name(f".{secrets.token_hex(8)}.part")
+        part = target.with_name(f".{os.urandom(8).hex()}.part")
         try:
             # Nobody may read meanwhile who may not read the file.
             with _opened(part, "xb", _mode_of(target) if mode is None else mode) as stream:

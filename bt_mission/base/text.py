@@ -16,7 +16,6 @@ JSON needs none: ``json.dumps`` writes ASCII.
 
 from __future__ import annotations
 
-import html
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -66,11 +65,15 @@ def escape_uncoloured(line: str) -> str:
 
 def escape_markup(text: str) -> str:
     """Return a text as the content, or the value of an attribute, of an HTML or SVG element."""
+    import html  # noqa: PLC0415 - for pages alone
+
     return html.escape(escape_lines(text))
 
 
 def escape_page(page: str) -> str:
     """Return a whole page as the value of a frame's ``srcdoc``; its texts are escaped already."""
+    import html  # noqa: PLC0415 - for pages alone
+
     return html.escape(page)
 
 

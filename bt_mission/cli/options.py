@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -152,6 +151,8 @@ def simulator_of(options: argparse.Namespace) -> NodeFactory | None:
     target = getattr(options, "simulator", None)
     if target is None:
         return None
+    import json
+
     from bt_mission.base.yaml.document import read_text
     from bt_mission.language.checks.python_code import factory_diagnostics
     from bt_mission.language.mission import NodeFactory

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from bt_mission.base.commands import added
@@ -83,6 +82,8 @@ def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunF
         ]
         path = options.record
         if path is None and options.report is not None:
+            from tempfile import TemporaryDirectory
+
             path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
         if path is None:
             yield RunFiles(None, None, None, others, traces)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import sys
 from collections.abc import Callable
@@ -190,6 +189,8 @@ def _print(options: argparse.Namespace, plan: RunPlan, summary: Summary, kept: K
     result = plan.judge(summary)
     if options.json:
         judged = {} if result is None else {"scenario": result.as_dict()}
+        import json
+
         print(json.dumps({**summary.as_dict(), **kept, **judged}), flush=True)
         return
     lines = [summary.as_text(), *_leaves(summary), *recording.file_lines(kept)]

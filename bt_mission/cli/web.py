@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -183,6 +182,8 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
 @contextmanager
 def watch_beside(*words: str) -> Iterator[None]:
     """Run ``bt-mission watch`` with these words in another process, and end it afterwards."""
+    import subprocess
+
     from bt_mission.base.python_process import python_command, python_environment
 
     command = python_command("-m", "bt_mission", "watch", *words, "--until-input-ends")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -214,6 +213,8 @@ def _print_refusals(options: argparse.Namespace) -> bool:
 
 def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     """Print all diagnostics as one JSON list."""
+    import json
+
     from bt_mission.base.diagnostics import InputError
 
     diagnostics: list[Any] = []

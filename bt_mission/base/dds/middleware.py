@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 from pathlib import Path
 
@@ -55,6 +54,8 @@ def refuse_absent_middleware() -> None:
     name = os.environ.get("RMW_IMPLEMENTATION")
     if not name:
         return
+    import ctypes  # noqa: PLC0415 - rarely needed
+
     try:
         ctypes.CDLL(f"lib{name}.so")
     except OSError as error:
