@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from action_servers.core.action import Action
-from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
 from action_servers.core.limits import (
     LINEAR,
     SLOWEST_DRIVE,
@@ -21,6 +20,9 @@ from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import RobotModel
+
+if TYPE_CHECKING:
+    from action_servers.core.clearance import ObstaclePoint
 
 NEARER_M = 0.02
 """m beyond `stop_margin`: a base with a nearer stop would be held before it arrives."""
@@ -122,6 +124,13 @@ class ExploreForward:
         }
 
     def _look(self, now: Observation) -> None:
+        # NumPy, which `check` does not need. The servers have it loaded.
+        from action_servers.core.clearance import (  # noqa: PLC0415
+            ahead,
+            nearest_in_front,
+            obstacle_points,
+        )
+
         scan = now.scan
         if scan is None or scan is self._scan:
             return

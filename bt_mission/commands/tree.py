@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,9 @@ from bt_mission.cli.outputs import files_of, refuse_overwritten
 from bt_mission.cli.parser import Command, Option
 
 FORMATS = ("text", "dot", "svg", "png")
+
+_RICH = {"FORCE_COLOR", "TTY_COMPATIBLE"}
+"""Variables by which Rich takes a file for a terminal."""
 
 EPILOG = """\
 examples:
@@ -96,22 +101,31 @@ def _write(content: bytes, output: Path | None) -> None:
 
 def _print(root: Any, title: str) -> None:
     """As text; on a terminal in colour, each node on one line."""
+    from bt_mission.views.drawing.nodes import can_show, legend, outline
+
+    ascii_only = not can_show(sys.stdout.encoding)
+    rows, signs = [*outline(root, ascii_only=ascii_only)], legend(root, ascii_only=ascii_only)
+    if sys.stdout.isatty() or not _RICH.isdisjoint(os.environ):
+        _print_coloured(rows, title, signs)
+    else:
+        print("\n".join([title, *map(str, rows), "", signs]))
+
+
+def _print_coloured(rows: Iterable[Any], title: str, signs: str) -> None:
     from rich.text import Text
 
     from bt_mission.base.terminal.console import EscapingConsole
-    from bt_mission.views.drawing.nodes import can_show, legend, outline
     from bt_mission.views.drawing.scene import COLOURS
 
-    console = EscapingConsole(sys.stdout)
-    ascii_only = not can_show(console.encoding)
     lines = [Text(title, style="bold")]
-    for row in outline(root, ascii_only=ascii_only):
+    for row in rows:
         line = Text(row.branches, style="dim")
         line.append(f"{row.sign} ", style=f"bold {COLOURS[row.family][1]}")
         line.append(row.name, style="bold")
         line.append(f"  {row.details}" if row.details else "", style="dim")
         lines.append(line)
-    lines += [Text(""), Text(legend(root, ascii_only=ascii_only), style="dim")]
+    lines += [Text(""), Text(signs, style="dim")]
+    console = EscapingConsole(sys.stdout)
     for line in lines:
         if console.is_terminal:
             console.print(line, overflow="ellipsis", no_wrap=True)
