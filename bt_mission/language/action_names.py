@@ -40,7 +40,7 @@ BROKEN: dict[str, str] = {}
 def plugged() -> Mapping[str, ActionName]:
     """Return the short names of installed packages; those that are broken go to `BROKEN`.
 
-    To look for them takes a tenth of a second, so it is done when a name is not one of ours.
+    To look for them takes a tenth of a second, so it is done when a name is unknown here.
     """
     names: dict[str, ActionName] = {}
     for entry_point in entry_points(group=GROUP):
