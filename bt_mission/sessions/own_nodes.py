@@ -71,6 +71,7 @@ class OwnNodes:
         self.programs: list[MainProgram] = []
         """Whole programs, in the order of their start."""
         self._made: list[tuple[Factory, Program, Node]] = []
+        self._unmade: list[Factory] = []
         wanted: list[tuple[Factory, str]] = [(factory, "") for factory in shared]
         wanted += [(factory, robot.name) for robot in robots for factory in robot.mission.nodes]
         self._taken: set[str] = set()
@@ -107,8 +108,13 @@ class OwnNodes:
             )
         )
 
-    def destroyed(self) -> Iterator[str]:
-        """Yield a line for each node that its own code has destroyed: nothing answers for it."""
+    def flaws(self) -> Iterator[str]:
+        """Yield a line for each node that its own code has destroyed, or has not made."""
+        for factory in self._unmade:
+            yield (
+                f"{name_of(factory)} has not returned, so its node was not there: it must create "
+                "and return the node"
+            )
         for factory, _, node in self._made:
             if isinstance(getattr(node, "server", None), ScriptedServer):
                 continue  # a fault destroys it
@@ -152,6 +158,7 @@ class OwnNodes:
 
         def take(made: Any) -> None:
             node = self._checked(factory, made)
+            self._unmade.remove(factory)
             self._made.append((factory, program, node))
             if self._is_served:
                 self._refuse_name(factory, node)
@@ -162,6 +169,7 @@ class OwnNodes:
             adopt(function)
             return _called(factory, function, options)
 
+        self._unmade.append(factory)
         with interrupted_after(LONGEST_S), as_default(self._context):
             host.make_node(program, make, take)
 

@@ -350,7 +350,7 @@ class Stage(Session):
 
     def _flaws(self) -> Sequence[str]:
         held = () if self.watch is None else self.watch.flaws
-        return (*held, *self._own.destroyed())
+        return (*held, *self._own.flaws())
 
     @contextmanager
     def _named_holder(self) -> Iterator[None]:

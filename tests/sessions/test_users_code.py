@@ -342,6 +342,22 @@ def test_a_node_that_destroys_itself_is_named(tmp_path: Path) -> None:
     assert words in report.reason
 
 
+def test_a_node_that_is_never_made_is_named(tmp_path: Path) -> None:
+    """Its class waits in a loop that does not end."""
+    path = written(tmp_path, "execute", "pass")
+    path.write_text(CALLS.replace("timeout: 60", "timeout: 1"), encoding="utf-8")
+    server = tmp_path / "server.py"
+    code = server.read_text(encoding="utf-8")
+    loop = code.replace(
+        "        super().__init__", "        while True: pass\n        super().__init__"
+    )
+    assert loop != code
+    server.write_text(loop, encoding="utf-8")
+    report = ran(path)
+    assert report.status == "failure"
+    assert "server.py:Server has not returned, so its node was not there" in report.reason
+
+
 def test_a_callback_that_awaits_asyncio_is_told_of_rclpy(tmp_path: Path) -> None:
     """Which has no loop of it, on the stage as elsewhere."""
     path = written(tmp_path, "execute", "await asyncio.sleep(1)")
