@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from bt_mission.base.errors import BtMissionError
     from bt_mission.executive.executive import Executive
     from bt_mission.executive.goals.goal import GoalClient
-    from bt_mission.executive.goals.outcome import Outcome
     from bt_mission.executive.report import Report
     from bt_mission.language.mission import Mission
+    from bt_mission.language.outcome import Outcome
     from bt_mission.language.revision import Revision
     from bt_mission.recording.contents import RecordingOptions
     from bt_mission.recording.reader import read_run as read_recording
@@ -104,7 +104,7 @@ _load = lazy_names(
         "MissionNode": "bt_mission.ros.mission_node",
         "MissionRunner": "bt_mission.ros.mission_runner",
         "NodeOptions": "bt_mission.ros.graph",
-        "Outcome": "bt_mission.executive.goals.outcome",
+        "Outcome": "bt_mission.language.outcome",
         "RecordingOptions": "bt_mission.recording.contents",
         "Report": "bt_mission.executive.report",
         "Revision": "bt_mission.language.revision",

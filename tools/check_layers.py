@@ -58,7 +58,6 @@ STANDING: Mapping[str, tuple[str, ...]] = {
         "bt_mission.requirements.language.written",
     ),
     "bt_mission.language.mission": ("bt_mission.requirements.language.formula",),
-    "bt_mission.requirements.language.signals": ("bt_mission.executive.goals.outcome",),
     "bt_mission.scenarios.concrete.space": (
         "bt_mission.commands.falsify.material",
         "bt_mission.commands.falsify.starts",

@@ -25,8 +25,8 @@ from bt_mission.executive.events.events import (
     TreeRevised,
     VariableChanged,
 )
-from bt_mission.executive.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Plain
+from bt_mission.language.outcome import Outcome
 from bt_mission.recording.happenings import (
     TRACE,
     ExecutiveMessage,

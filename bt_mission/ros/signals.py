@@ -19,8 +19,8 @@ from bt_mission.base.geometry import yaw_of
 from bt_mission.base.stamps import NS
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.events.events import Event, NodeChanged, TreeRevised
-from bt_mission.executive.goals.outcome import is_outcome
 from bt_mission.language.expressions.values import NoValue, Plain
+from bt_mission.language.outcome import is_outcome
 from bt_mission.requirements.compiler import Reader
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.syntax import SignalValue

@@ -16,9 +16,9 @@ from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.ledger import Ledger
-from bt_mission.executive.goals.outcome import is_outcome
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.outcome import is_outcome
 from bt_mission.requirements.compiler import Reader
 from bt_mission.requirements.language.formula import Requirement, signals_in, walk
 from bt_mission.requirements.language.premises import Premise

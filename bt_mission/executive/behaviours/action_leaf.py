@@ -17,11 +17,11 @@ from bt_mission.executive.behaviours.control import Guard, Timeout
 from bt_mission.executive.behaviours.evaluator import Evaluator
 from bt_mission.executive.behaviours.leaves import LeafProgress
 from bt_mission.executive.behaviours.runtime import read_field, scalars
-from bt_mission.executive.goals.attempt import Attempt, Cause, Limits
+from bt_mission.executive.goals.attempt import Attempt, AttemptResult, Cause, Limits
 from bt_mission.executive.goals.goal import Goal, GoalClient
-from bt_mission.executive.goals.outcome import AttemptResult, Outcome
 from bt_mission.executive.goals.progress_bounds import ProgressBounds
 from bt_mission.language.nodes.action import GoalNode
+from bt_mission.language.outcome import Outcome
 
 HALTED = "halted"
 """The message of a leaf whose goal the tree has halted."""

@@ -26,7 +26,7 @@ from bt_mission.executive.goals.goal import (
     Phase,
 )
 from bt_mission.executive.goals.ledger import Ledger
-from bt_mission.executive.goals.outcome import AttemptResult, Outcome
+from bt_mission.language.outcome import Outcome
 
 REJECTED = "goal rejected: "
 """With which our own servers log a rejection."""
@@ -54,6 +54,21 @@ class Limits:
     cancel: float = 3.0
     condition: Callable[[Any], str | None] | None = None
     watch: Callable[[Any], str | None] | None = None
+
+
+@dataclass(frozen=True)
+class AttemptResult:
+    """The outcome of an attempt with its reason and result.
+
+    Args:
+        outcome: An item of the closed list.
+        reason: One line that names the server, the limit or the condition.
+        result: The result's fields, where the server sent one (also when canceled or aborted).
+    """
+
+    outcome: Outcome
+    reason: str
+    result: Any = None
 
 
 class Cause(StrEnum):

@@ -9,8 +9,8 @@ from typing import Literal
 
 from bt_mission.base.actions import GOALS_AT
 from bt_mission.base.units import Dimension
-from bt_mission.executive.goals.outcome import CANCELED, Outcome
 from bt_mission.language.expressions.values import Type
+from bt_mission.language.outcome import CANCELED, Outcome
 
 Knows = Literal["simulator", "odometry", "topic", "mission"]
 """Sources of a signal: only a simulation; a simulation, and odometry on a robot; a topic; or the

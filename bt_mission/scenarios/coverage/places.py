@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from py_trees.behaviour import Behaviour
 
 from bt_mission.base.yaml.document import Document
-from bt_mission.executive.goals.outcome import Outcome
 from bt_mission.language.checks.warnings import ends_of
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.action import GoalNode
@@ -27,6 +26,7 @@ from bt_mission.language.nodes.composites import (
 from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
 from bt_mission.language.nodes.leaves import CheckNode
 from bt_mission.language.nodes.subtree import TreeNode
+from bt_mission.language.outcome import Outcome
 
 REACHED, OUTCOME, BRANCH = "reached", "outcome ", "branch "
 """Marks of a place; those of an outcome and of a branch continue with its name."""

@@ -10,7 +10,7 @@ import pytest
 from bt_mission.executive.goals.attempt import Attempt, Limits
 from bt_mission.executive.goals.goal import NO_CALLBACK, GoalStatus
 from bt_mission.executive.goals.ledger import Ledger
-from bt_mission.executive.goals.outcome import Outcome
+from bt_mission.language.outcome import Outcome
 
 S = 1_000_000_000
 TICK = S // 20

@@ -16,7 +16,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, precon
 from bt_mission.executive.goals.attempt import Attempt, Limits
 from bt_mission.executive.goals.goal import Event, Goal, Phase
 from bt_mission.executive.goals.ledger import Ledger
-from bt_mission.executive.goals.outcome import Outcome
+from bt_mission.language.outcome import Outcome
 from tests.conftest import ScriptedServer
 
 S = 1_000_000_000

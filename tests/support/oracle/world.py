@@ -28,12 +28,12 @@ from bt_mission.executive.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.goal import Event, Goal, GoalStatus
 from bt_mission.executive.goals.ledger import Ledger
-from bt_mission.executive.goals.outcome import Outcome
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.interfaces import ServiceNode
+from bt_mission.language.outcome import Outcome
 from bt_mission.language.trees import all_steps
 from bt_mission.requirements.monitor import Monitors
 from bt_mission.ros.interface_types import action_type, fill, service_type, topic_type

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 
 class Outcome(StrEnum):
@@ -34,18 +32,3 @@ CANCELED = "canceled"
 def is_outcome(outcome: str, wanted: str) -> bool:
     """Return whether an outcome is the wanted one; `CANCELED` is each of a canceled goal."""
     return outcome == wanted or (wanted == CANCELED and outcome.startswith(CANCELED))
-
-
-@dataclass(frozen=True)
-class AttemptResult:
-    """The outcome of an attempt with its reason and result.
-
-    Args:
-        outcome: An item of the closed list.
-        reason: One line that names the server, the limit or the condition.
-        result: The result's fields, where the server sent one (also when canceled or aborted).
-    """
-
-    outcome: Outcome
-    reason: str
-    result: Any = None
