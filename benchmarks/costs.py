@@ -18,9 +18,8 @@ from pathlib import Path
 
 from measuring import arguments, figure, figures, ratios, spread, table
 
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Requirement
 from bt_mission.recording.writer import RunRecorder
-from bt_mission.requirements.language.formula import Formula, Requirement
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.web.report.page import page_of, robot_runs
@@ -61,7 +60,7 @@ class Run:
 def run(mission: Mission, way: str) -> Run:
     """Run a mission in a way."""
     texts = REQUIREMENTS.get(way, ())
-    formulas = (Requirement(f"{n}", text, Formula(text).root) for n, text in enumerate(texts))
+    formulas = (Requirement(f"{n}", text) for n, text in enumerate(texts))
     with (
         tempfile.TemporaryDirectory() as folder,
         Stage(

@@ -52,12 +52,6 @@ NEEDS = _needs()
 
 STANDING: Mapping[str, tuple[str, ...]] = {
     "bt_mission.base.interface_units": ("bt_mission.cdr.definitions",),
-    "bt_mission.language.file": ("bt_mission.requirements.language.written",),
-    "bt_mission.language.loader": (
-        "bt_mission.requirements.checks",
-        "bt_mission.requirements.language.written",
-    ),
-    "bt_mission.language.mission": ("bt_mission.requirements.language.formula",),
     "bt_mission.scenarios.concrete.space": (
         "bt_mission.commands.falsify.material",
         "bt_mission.commands.falsify.starts",

@@ -37,9 +37,10 @@ from bt_mission.executive.behaviours import builder
 from bt_mission.executive.behaviours.evaluator import Evaluator
 from bt_mission.executive.behaviours.hooks import Hooked
 from bt_mission.executive.behaviours.runtime import Scope
-from bt_mission.language.loader import read_mission, required
+from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.registry import KINDS
+from bt_mission.requirements.mission_file import read_mission
 from bt_mission.sessions.load import convert
 
 ROOT = Path(__file__).resolve().parent.parent

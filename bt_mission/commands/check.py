@@ -33,6 +33,7 @@ from bt_mission.cli.options import (
     prepare_graph,
 )
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
+from bt_mission.requirements.language.formula import root_of
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -117,7 +118,7 @@ def _explain_windows(mission: Any) -> None:
     from bt_mission.requirements.language.formula import full_after
 
     for requirement in mission.requirements:
-        if full_s := full_after(requirement.root):
+        if full_s := full_after(root_of(requirement)):
             print(
                 f"  requirement {requirement.name}: its window that looks back is full at "
                 f"{full_s:g} s and decides nothing before; with 'so far' it counts from the start"

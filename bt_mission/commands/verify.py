@@ -17,8 +17,8 @@ from bt_mission.cli.options import JSON, RECORDING, REQUIRE, mission_file, recor
 from bt_mission.cli.parser import Command, Option
 
 if TYPE_CHECKING:
+    from bt_mission.language.mission import Requirement
     from bt_mission.recording.verification import RecordedRequirements, Verification
-    from bt_mission.requirements.language.formula import Requirement
 
 EPILOG = """\
 examples:

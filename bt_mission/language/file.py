@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, SkipValidation
 
@@ -10,7 +10,6 @@ from bt_mission.base.nature_field import WrittenNature
 from bt_mission.language.follow import FollowSettings
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode
-from bt_mission.requirements.language.written import Requirements
 
 Follows = Annotated[FollowSettings | list[FollowSettings], SkipValidation]
 """Variables that follow topics, not read yet: the reader takes them one by one."""
@@ -44,7 +43,8 @@ class MissionFile(Written):
     follow: Follows = []
     limits: GoalLimits = GoalLimits()
     servers: dict[fields.ActionNameField, GoalLimits] = {}
-    requirements: Requirements = {}
+    requirements: Any = {}
+    """Not read yet: see `loader.MissionLoader`."""
     trees: dict[fields.TreeName, Trees] = {}
     tree: WrittenNode
 

@@ -18,7 +18,6 @@ from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
 from bt_mission.language.nodes.fields import ProgramEntry
 from bt_mission.language.nodes.subtree import TreeNode
-from bt_mission.requirements.language.formula import Requirement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +83,24 @@ def node_factories(
         NodeFactory(entry.target, document, ("nodes", n), entry.name)
         for n, entry in enumerate(written)
     )
+
+
+OnViolation = Literal["report", "fail", "halt", "measure"]
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A requirement as it is written; ``bt_mission.requirements`` parses and evaluates it.
+
+    Attributes:
+        name: In its file.
+        text: The formula that must hold of a run.
+        on_violation: What is done when it does not hold.
+    """
+
+    name: str
+    text: str
+    on_violation: OnViolation = "report"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,10 @@ It says less than `check` does: an expression is a text to it, and a goal any ma
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
+
+from pydantic import TypeAdapter
 
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.nodes.base import NODE_MARK, TREE_MARK
@@ -16,24 +19,30 @@ _NODE = {"$ref": "#/$defs/node"}
 _TREE = {"$ref": "#/$defs/tree_definition"}
 
 
-def mission_schema() -> dict[str, Any]:
-    """Return the schema of a mission file; nodes are described under `$defs`, a kind each."""
+def mission_schema(sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the schema of a mission file; nodes are described under `$defs`, a kind each.
+
+    Args:
+        sections: The types of the keys at its head that other packages read.
+    """
     definitions: dict[str, Any] = {}
     for kind, model in KINDS.items():
-        definitions[f"kind_{kind}"] = _schema(model, definitions)
+        definitions[f"kind_{kind}"] = _schema(model.model_json_schema(), definitions)
     definitions["node"] = {
         "title": "node",
         "description": "A node has exactly one kind; every other key is a modifier of it.",
         "oneOf": [{"$ref": f"#/$defs/kind_{kind}"} for kind in KINDS],
     }
-    definitions["tree_definition"] = _schema(TreeDefinition, definitions)
-    whole = _schema(MissionFile, definitions)
+    definitions["tree_definition"] = _schema(TreeDefinition.model_json_schema(), definitions)
+    whole = _schema(MissionFile.model_json_schema(), definitions)
+    for key, section in sections.items():
+        whole["properties"][key] |= _schema(TypeAdapter(section).json_schema(), definitions)
     return {"$schema": DIALECT, **whole, "title": "bt-mission", "$defs": definitions}
 
 
-def _schema(model: Any, definitions: dict[str, Any]) -> dict[str, Any]:
+def _schema(whole: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
     """The schema of one model; what it is made of goes to the definitions."""
-    schema: dict[str, Any] = _linked(model.model_json_schema())
+    schema: dict[str, Any] = _linked(whole)
     definitions |= schema.pop("$defs", {})
     return schema
 

@@ -11,6 +11,7 @@ from typing import Any, Self
 from bt_mission.base.stamps import NS
 from bt_mission.executive.events.events import NodeInfo, RunStarted, TreeRevised
 from bt_mission.language.expressions.values import Plain
+from bt_mission.language.mission import Requirement
 from bt_mission.recording.facts import LARGEST_NS
 from bt_mission.recording.happenings import (
     TRUTH,
@@ -23,7 +24,7 @@ from bt_mission.recording.reading import UNREADABLE, RecordedFile, RecordingErro
 from bt_mission.recording.recorded_mission import RecordedMission
 from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE
 from bt_mission.requirements.compiler import Reader
-from bt_mission.requirements.language.formula import Requirement, signals_in
+from bt_mission.requirements.language.formula import root_of, signals_in
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.signals import (
@@ -205,7 +206,7 @@ class RecordedSignals:
 
     def problem_of(self, requirement: Requirement) -> str:
         """Return why signals of a requirement cannot be read; empty if they can."""
-        for signal in signals_in(requirement.root):
+        for signal in signals_in(root_of(requirement)):
             topic = self._read_from.get(signal.key)
             if topic is not None and topic.problem:
                 return f"{signal.key}: a message cannot be read: {topic.problem}"

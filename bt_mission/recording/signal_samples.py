@@ -18,15 +18,11 @@ from operator import is_
 from typing import Any, get_args
 
 from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.mission import OnViolation, Requirement
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.requirements.compiler import Reader
-from bt_mission.requirements.language.formula import (
-    Formula,
-    OnViolation,
-    Requirement,
-    signals_in,
-)
+from bt_mission.requirements.language.formula import Formula, root_of, signals_in
 from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.stage_signals import OF_STATE
 
@@ -76,7 +72,7 @@ class SignalSamples:
         }
         follows = {"$", "time", *(OF_STATE if self._simulation is not None else ())}
         for requirement in runner.mission.requirements:
-            for signal in signals_in(requirement.root):
+            for signal in signals_in(root_of(requirement)):
                 reader = self._signals.reader(signal)
                 if not isinstance(reader, str) and signal.name not in follows:
                     self._readers[signal.key] = reader
@@ -195,12 +191,12 @@ def requirements_in(file: RecordedFile) -> tuple[Requirement, ...]:
         name, text = str(requirement.get("name", "?")), str(requirement.get("formula", ""))
         action = requirement.get("on_violation", "report")
         try:
-            root = Formula(text).root
+            Formula(text)
         except ExpressionError as error:
             raise RecordingError(
                 f"{file.path}: its requirement '{name}' cannot be read here: {error.message}"
             ) from error
         formulas.append(
-            Requirement(name, text, root, action if action in get_args(OnViolation) else "report")
+            Requirement(name, text, action if action in get_args(OnViolation) else "report")
         )
     return tuple(formulas)

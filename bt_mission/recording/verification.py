@@ -14,6 +14,7 @@ import numpy as np
 from bt_mission.base.stamps import NS
 from bt_mission.base.text import seconds
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
+from bt_mission.language.mission import Requirement
 from bt_mission.recording.happenings import TEXT, RecordedMessage, SignalLine, fold, happenings
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import RunReader
@@ -22,11 +23,7 @@ from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurv
 from bt_mission.recording.replay.timeline import Timeline, TimelineReader
 from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.requirements.checks import KnownNames
-from bt_mission.requirements.language.formula import (
-    CONTROL_STEP_S,
-    Requirement,
-    walk,
-)
+from bt_mission.requirements.language.formula import CONTROL_STEP_S, root_of, walk
 from bt_mission.requirements.language.syntax import EVERYTHING, Measure, Temporal
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
@@ -266,7 +263,7 @@ class _Curves:
 
 def _speaks_of_instants(requirement: Requirement) -> bool:
     """Return whether a requirement is about each instant alone."""
-    root = requirement.root
+    root = root_of(requirement)
     return (
         isinstance(root, Temporal)
         and root.window == EVERYTHING

@@ -16,11 +16,11 @@ from bt_mission.base.yaml.document import Document, Key, read
 from bt_mission.language.checks.scope import written_by
 from bt_mission.language.expressions.syntax import SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Requirement
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.trees import used
-from bt_mission.requirements.language.formula import Clause, Requirement, signals_in
+from bt_mission.requirements.language.formula import Clause, signals_in
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.written import RequirementsFile, requirements_of
 

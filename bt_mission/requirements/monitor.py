@@ -12,15 +12,16 @@ from bt_mission.base.stamps import NS
 from bt_mission.base.text import seconds
 from bt_mission.base.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.language.expressions.syntax import SyntaxNode
+from bt_mission.language.mission import OnViolation, Requirement
 from bt_mission.requirements.compiler import Compiler, Number, Reader
 from bt_mission.requirements.language.formula import (
     Condition,
-    OnViolation,
-    Requirement,
     full_after,
+    root_of,
     signals_in,
+    vacuous_verdict,
 )
-from bt_mission.requirements.language.premises import Premise
+from bt_mission.requirements.language.premises import Premise, premises_of
 from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.requirements.roots import Root
 from bt_mission.requirements.samples import Sample, Truncation
@@ -105,8 +106,8 @@ class Monitor:
         self.violated_ns: int | None = None
         self._last_ns = 0
         self._end: tuple[Verdict, Sample] | None = None
-        self._compiler, self._missing = _compiler(requirement.root, source)
-        signals = {signal.key: signal for signal in signals_in(requirement.root)}
+        self._compiler, self._missing = _compiler(root_of(requirement), source)
+        signals = {signal.key: signal for signal in signals_in(root_of(requirement))}
         self._sources = tuple(
             f"{key} by {by}"
             for key, signal in signals.items()
@@ -117,10 +118,10 @@ class Monitor:
         self.premises: tuple[tuple[Premise, Root], ...] = ()
         """Those that have not come true."""
         if not self._missing:
-            self.root = self._compiler.root(requirement.root)
+            self.root = self._compiler.root(root_of(requirement))
             compiler = Compiler(self._compiler.readers)
             self.premises = tuple(
-                [(each, compiler.root(each.root)) for each in requirement.premises]
+                [(each, compiler.root(each.root)) for each in premises_of(root_of(requirement))]
             )
 
     def step(self, since_start_ns: int) -> bool:
@@ -157,7 +158,7 @@ class Monitor:
         """Return the value of the present instant alone, as if it were the whole run."""
         if self.root is None:
             return None
-        root = Compiler(self._compiler.readers).root(self.requirement.root)
+        root = Compiler(self._compiler.readers).root(root_of(self.requirement))
         root.step(0)
         return root.value
 
@@ -201,7 +202,7 @@ class Monitor:
     @property
     def _never_full(self) -> bool:
         """Did the run end before its windows that look back were full?"""
-        return self._last_ns < round(full_after(self.requirement.root) * NS)
+        return self._last_ns < round(full_after(root_of(self.requirement)) * NS)
 
     @property
     def result(self) -> RequirementResult:
@@ -230,7 +231,7 @@ class Monitor:
         can_come = self._end is None and any(root.decided is None for _, root in self.premises)
         if can_come:
             return "open"
-        return self.requirement.vacuous_verdict
+        return vacuous_verdict(self.requirement)
 
     @property
     def _so_far(self) -> tuple[Verdict, Sample]:
@@ -247,7 +248,7 @@ class Monitor:
             return self.unmet[0].why_not
         if verdict == "open" and self._end is not None:
             if self._end[1] is None:
-                full_s = full_after(self.requirement.root)
+                full_s = full_after(root_of(self.requirement))
                 return f"the run ended before its window that looks back was full, at {full_s:g} s"
             return "the run ended before it could be decided"
         return ""

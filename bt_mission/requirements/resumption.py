@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from bt_mission.base.verdicts import VACUOUS, Verdict
 from bt_mission.language.expressions.syntax import Not
-from bt_mission.requirements.language.formula import Requirement, walk
+from bt_mission.language.mission import Requirement
+from bt_mission.requirements.language.formula import root_of, walk
 from bt_mission.requirements.language.syntax import EVERYTHING, FUTURE, Measure, Temporal
 from bt_mission.requirements.monitor import RequirementResult
 
@@ -65,7 +66,7 @@ def _shape(requirement: Requirement) -> tuple[bool | None, bool]:
     The first is None for any other formula: one with a window from the start on, with memory, or
     of several.
     """
-    root, is_positive = requirement.root, True
+    root, is_positive = root_of(requirement), True
     while isinstance(root, Not):
         root, is_positive = root.operand, not is_positive
     if not isinstance(root, Temporal) or root.window != EVERYTHING:

@@ -14,9 +14,10 @@ from bt_mission.base.yaml.document import read_text
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.store import Journal, Key, rows_of_version
-from bt_mission.language.loader import read_mission, required
+from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.language.permissions import Permissions
+from bt_mission.requirements.mission_file import read_mission
 from bt_mission.ros.interface_types import message_type
 from bt_mission.ros.mission_runner import MissionRunner
 

@@ -31,7 +31,7 @@ from bt_mission.language.checks.warnings import word_inputs
 from bt_mission.language.expressions.places import AnyPlace, Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
-from bt_mission.language.loader import Examined, read_mission
+from bt_mission.language.loader import Examined
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
@@ -39,6 +39,7 @@ from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
+from bt_mission.requirements.mission_file import read_mission
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.sessions.goal_checks import (
     OUR_SERVERS,

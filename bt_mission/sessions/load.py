@@ -12,9 +12,10 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import SUFFIXES
 from bt_mission.base.yaml.document import Document, read, read_text
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.loader import read_mission, required
+from bt_mission.language.loader import required
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission
+from bt_mission.requirements.mission_file import read_mission
 
 POINT = "mission_file"
 """The extension point of formats, which the suffix of their files follows."""

@@ -17,8 +17,9 @@ from bt_mission.base.stamps import NS
 from bt_mission.base.text import seconds
 from bt_mission.language.expressions.syntax import SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError, Plain
+from bt_mission.language.mission import Requirement
 from bt_mission.requirements.compiler import Reader
-from bt_mission.requirements.language.formula import Formula, Requirement, signals_in
+from bt_mission.requirements.language.formula import Formula, signals_in
 from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.requirements.monitor import Monitor, RequirementResult
 from bt_mission.ros.signals import field_of
@@ -201,7 +202,7 @@ class Assertions:
         except ExpressionError as error:
             raise ScenarioError(f"{requirement}: {error}") from error
         signals = MomentSignals()
-        monitor = Monitor(Requirement("", requirement, root), signals)
+        monitor = Monitor(Requirement("", requirement), signals)
         for signals.moment in self.moments:
             monitor.step(round(signals.moment.t * NS))
         monitor.finish()

@@ -6,9 +6,9 @@ import json
 from types import SimpleNamespace
 from typing import Any
 
+from bt_mission.language.mission import Requirement
 from bt_mission.recording.signal_samples import SignalSamples
 from bt_mission.requirements.compiler import Reader
-from bt_mission.requirements.language.formula import Formula, Requirement
 from bt_mission.requirements.language.syntax import SignalValue
 
 NONE_OPEN = {"open_goals": 0, "accepted_goals": []}
@@ -25,7 +25,7 @@ class Mission:
         self.scope = SimpleNamespace(values={})
         self.ledger = SimpleNamespace(open_goals=())
         self.executive = SimpleNamespace(started_ns=5, cycles=1)
-        results = [Requirement(formula, formula, Formula(formula).root) for formula in formulas]
+        results = [Requirement(formula, formula) for formula in formulas]
         self.mission = SimpleNamespace(requirements=results)
         self.signals = self
         self.requirements = self

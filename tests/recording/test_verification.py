@@ -16,7 +16,7 @@ import pytest
 
 from bt_mission.base.files import find
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Requirement
 from bt_mission.recording.contents import string_message
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
@@ -27,7 +27,6 @@ from bt_mission.recording.verification import (
 )
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.requirements.checks import with_requirements
-from bt_mission.requirements.language.formula import Formula, Requirement
 from bt_mission.requirements.language.signals import OUTCOMES
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.load import load
@@ -163,7 +162,7 @@ def test_any_formula_comes_to_what_it_did_in_the_run(count: int, tmp_path: Path)
     results = []
     for text in texts:
         with suppress(ExpressionError):  # what can only come to one verdict
-            results.append(Requirement(text, text, Formula(text).root))
+            results.append(Requirement(text, text))
     requirements = tuple({result.name: result for result in results}.values())
     reports = judged_alike(replace(mission, requirements=requirements), mission, tmp_path)
     assert {report.verdict for report in reports} >= {"holds", "violated", "open"}
@@ -185,7 +184,7 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(tmp_p
             f'starts(accepted("{name}")) and yaw > 0.1',
         )
     ]
-    requirements = tuple(Requirement(text, text, Formula(text).root) for text in texts)
+    requirements = tuple(Requirement(text, text) for text in texts)
     reports = judged_alike(replace(mission, requirements=requirements), mission, tmp_path)
     names = (report.name for report in reports if report.verdict == "holds")
     held = {name.removeprefix("eventually ") for name in names}
@@ -398,7 +397,7 @@ def test_a_robot_in_a_namespace(tmp_path: Path) -> None:
     bag = RobotBag(tmp_path / "bag.mcap", "/tb3_1")
     bag.odometry(0.0, x=0.0, speed=0.1)
     bag.odometry(1.0, x=0.0, speed=0.3)
-    formula = Requirement("slow", "", Formula("always speed < 0.25").root)
+    formula = Requirement("slow", "always speed < 0.25")
     (result,) = RecordedRequirements(bag.close()).verify((formula,)).results
     assert result.why == "speed: the recording has no topic /odom"
     recorded = RecordedRequirements(tmp_path / "bag.mcap", "tb3_1")

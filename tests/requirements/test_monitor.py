@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from bt_mission.requirements.language.formula import Formula, Requirement
+from bt_mission.language.mission import Requirement
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 from tests.support.played_signals import Played, PlayedSignals
 
@@ -26,7 +26,7 @@ def watched(
     """Return what a requirement comes to over signals, a control step each."""
     rows = rows_of(**columns)
     signals = PlayedSignals(rows[0])
-    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    monitor = Monitor(Requirement("it", text), signals)
     for step, signals.values in enumerate(rows):
         monitor.step(step * STEP_NS)
     monitor.finish(is_complete=is_complete)
@@ -130,7 +130,7 @@ def test_memory_is_bounded_by_the_windows(text: str) -> None:
     """A run of any length keeps no more samples than a window holds."""
     rows = rows_of(speed=[1.0, -1.0], clearance=[-1.0, 1.0])
     signals = PlayedSignals(rows[0])
-    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    monitor = Monitor(Requirement("it", text), signals)
     kept = []
     for step in range(2_000):
         signals.values = rows[step % 2]
@@ -166,9 +166,7 @@ def test_all_requirements_see_the_same_instant() -> None:
         signals.values = {"speed": 0.5, "clearance": 0.0}
 
     texts = ("always speed < 0.1", "always clearance > 0.5")
-    monitors = Monitors(
-        [Requirement(text, text, Formula(text).root) for text in texts], signals, stop
-    )
+    monitors = Monitors([Requirement(text, text) for text in texts], signals, stop)
     monitors.step(0)
     assert monitors.results[1].margin == 0.5
 
@@ -178,7 +176,7 @@ def test_the_value_of_an_instant_by_itself() -> None:
     rows = rows_of(clearance=[0.5, 0.3, 0.4])
     signals = PlayedSignals(rows[0])
     text = "always clearance > 0.1"
-    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    monitor = Monitor(Requirement("it", text), signals)
     alone = []
     for step, signals.values in enumerate(rows):
         monitor.step(step * STEP_NS)
@@ -306,7 +304,7 @@ def test_a_signal_is_read_only_where_its_lower_bound_may_be_the_worst() -> None:
     """A clearance costs more than its bound."""
     signals = PlayedSignals({"clearance": 0.5}, clearance=0.4)
     text = "always clearance > 0.1"
-    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    monitor = Monitor(Requirement("it", text), signals)
     reads = []
     for step, (bound, value) in enumerate([(0.4, 0.5), (0.6, 0.7), (0.3, 0.45), (0.5, 0.6)]):
         signals.values, signals.bounds = {"clearance": value}, {"clearance": bound}
@@ -370,7 +368,7 @@ def test_a_premise_may_still_come_true_while_the_run_goes_on() -> None:
     """`eventually (a implies b)` is true at once; it is decided when `a` has come true."""
     signals = PlayedSignals({"x": 0.0, "speed": 0.0})
     text = f"eventually ({X} implies speed < 1)"
-    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    monitor = Monitor(Requirement("it", text), signals)
     verdicts = []
     for step, x in enumerate((0.0, 0.0, 101.0, 0.0)):
         signals.values = {"x": x, "speed": 0.0}

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 
 from bt_mission.base.verdicts import Verdict
-from bt_mission.requirements.language.formula import Formula, Requirement
+from bt_mission.language.mission import Requirement
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.requirements.resumption import joined
 
 
 def requirement(text: str) -> Requirement:
     """One with this formula."""
-    return Requirement("it", text, Formula(text).root)
+    return Requirement("it", text)
 
 
 def result(text: str, verdict: Verdict, margin: float | None = None) -> RequirementResult:

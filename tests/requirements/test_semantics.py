@@ -16,7 +16,8 @@ from bt_mission.language.expressions.syntax import (
     SyntaxNode,
 )
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.requirements.language.formula import Formula, Requirement
+from bt_mission.language.mission import Requirement
+from bt_mission.requirements.language.formula import Formula
 from bt_mission.requirements.language.syntax import SignalValue, Temporal, TimeWindow
 from bt_mission.requirements.measures import MEASURED_VALUES as MEASURES
 from bt_mission.requirements.monitor import Monitor
@@ -152,7 +153,7 @@ def test_random_formulas_come_to_what_their_definition_says(batch: int) -> None:
             continue
         instants = run.instants()
         played = PlayedSignals(instants[0])
-        monitor = Monitor(Requirement("r", text, formula.root), played)
+        monitor = Monitor(Requirement("r", text), played)
         for time_s, played.values in zip(run.times, instants, strict=True):
             monitor.step(round(time_s * 1e9))
         monitor.finish(is_complete=is_complete)
@@ -223,7 +224,7 @@ def by_rtamt(root: SyntaxNode, columns: dict[str, list[float]]) -> float | None:
 def by_us(formula: Formula, columns: dict[str, list[float]]) -> float | None:
     """Return the margin by what is tested here."""
     played = PlayedSignals({name: values[0] for name, values in columns.items()})
-    monitor = Monitor(Requirement("r", formula.text, formula.root), played)
+    monitor = Monitor(Requirement("r", formula.text), played)
     for k in range(STEPS):
         played.values = {name: values[k] for name, values in columns.items()}
         monitor.step(k * STEP_MS * 1_000_000)

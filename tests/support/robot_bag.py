@@ -9,8 +9,8 @@ from typing import Any
 from mcap_ros2.writer import Writer
 
 from bt_mission.cdr.definitions import Definitions, share_folders
+from bt_mission.language.mission import Requirement
 from bt_mission.recording.verification import RecordedRequirements, Verification
-from bt_mission.requirements.language.formula import Formula, Requirement
 
 START_NS = 1_700_000_000_000_000_000
 ODOMETRY, SCAN = "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan"
@@ -97,5 +97,5 @@ def _still(axes: str, **others: float) -> dict[str, float]:
 def verify(path: Path, *formulas: str, requirements: tuple[Requirement, ...] = ()) -> Verification:
     """Evaluate requirements over a recording: these, or its own."""
     recorded = RecordedRequirements(path)
-    named = tuple(Requirement(text, text, Formula(text).root) for text in formulas)
+    named = tuple(Requirement(text, text) for text in formulas)
     return recorded.verify(named or requirements or recorded.own())

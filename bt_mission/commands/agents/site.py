@@ -19,7 +19,7 @@ from bt_mission.commands.agents.folder import Proposal, digest_of
 from bt_mission.commands.agents.names import fault_of
 from bt_mission.commands.agents.site_files import SiteFiles, differing
 from bt_mission.language.loader import Examined
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Requirement
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.action import GoalNode
@@ -28,7 +28,7 @@ from bt_mission.language.nodes.composites import FinallyNode
 from bt_mission.language.nodes.interfaces import PublishNode, ServiceNode, WaitForNode
 from bt_mission.language.permissions import Permissions
 from bt_mission.requirements.checks import KnownNames, diagnostics_of_names
-from bt_mission.requirements.language.formula import Requirement, signals_in
+from bt_mission.requirements.language.formula import root_of, signals_in
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.written import Requirements, requirements_of
 from bt_mission.robots.model import RobotModel, load_robot
@@ -130,7 +130,7 @@ class Site:
         return frozenset(
             each.name
             for each in self.requirements
-            for signal in signals_in(each.root)
+            for signal in signals_in(root_of(each))
             if SIGNALS[signal.name].known_by == "simulator"
         )
 
@@ -250,7 +250,7 @@ def _names(mission: Mission) -> Iterator[Diagnostic]:
 
 def _topics_of(requirement: Requirement) -> Iterator[str]:
     """Yield the topics that a requirement names."""
-    for signal in signals_in(requirement.root):
+    for signal in signals_in(root_of(requirement)):
         known = SIGNALS.get(signal.name)
         if known is not None and "topic" in known.arguments:
             yield signal.arguments[known.arguments.index("topic")]

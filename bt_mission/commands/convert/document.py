@@ -28,8 +28,9 @@ from bt_mission.commands.convert.elements import Attribute, Element, XmlSource, 
 from bt_mission.commands.convert.node_reader import TreePorts, XmlNodeReader
 from bt_mission.commands.convert.table import FORMAT, REGISTERED, REQUIREMENT, SUBTREE, TREE_NAME
 from bt_mission.commands.convert.yaml_text import yaml_text
-from bt_mission.language.loader import read_mission, required
+from bt_mission.language.loader import required
 from bt_mission.language.trees import MOST_FILES
+from bt_mission.requirements.mission_file import read_mission
 
 HEAD = {
     "mission": AS_IT_IS,

@@ -35,7 +35,7 @@ from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.live_values import live_values
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import DEFAULTS, GoalLimitsTable
-from bt_mission.language.loader import read_mission, required
+from bt_mission.language.loader import required
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Tree
 from bt_mission.language.node_reader import NodeReader, Signature
@@ -43,6 +43,7 @@ from bt_mission.language.nodes import base
 from bt_mission.language.nodes.fields import input_value
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.nodes.registry import KINDS
+from bt_mission.requirements.mission_file import read_mission
 
 _RESERVED = table.REGISTERED | {"Root", "root", "Action", "Condition", "Control", "Decorator"}
 """Names that BehaviorTree.CPP refuses as the IDs of trees, besides those of the leaves."""

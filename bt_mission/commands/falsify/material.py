@@ -27,7 +27,7 @@ from bt_mission.language.nodes.decorators import RepeatNode, TimeoutNode
 from bt_mission.language.nodes.interfaces import InterfaceNode, ServiceNode, WaitForNode
 from bt_mission.language.trees import all_steps
 from bt_mission.requirements.checks import MissionNames
-from bt_mission.requirements.language.formula import Condition, Formula, signals_in, walk
+from bt_mission.requirements.language.formula import Condition, Formula, root_of, signals_in, walk
 from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.interface_types import action_type, message_type
 from bt_mission.scenarios.concrete.base import BaseScenario
@@ -119,7 +119,7 @@ def material_of(mission: Mission) -> Material:
     speaking = (step.label for step in steps if isinstance(step, InterfaceNode))
     waiting = tuple(label for label in speaking if labels[label] == 1)
     comparisons = list(_comparisons(mission))
-    signals = [signal for each in mission.requirements for signal in signals_in(each.root)]
+    signals = [signal for each in mission.requirements for signal in signals_in(root_of(each))]
     uses_camera = any(
         ACTION_NAMES[goal.short].needs_camera for goal in goals if isinstance(goal, ShortActionNode)
     )
@@ -189,7 +189,7 @@ def _trusted(
     read += [
         (signal.arguments[0], value)
         for requirement in mission.requirements
-        for signal, value in _compared(requirement.root, {}, signals_in)
+        for signal, value in _compared(root_of(requirement), {}, signals_in)
         if signal.name == "age"
     ]
     limits: dict[str, set[float]] = {topic.strip("/"): set() for topic, _ in read}
@@ -240,7 +240,7 @@ def _comparisons(mission: Mission) -> Iterator[_Compared]:
                 )
     known = {node.label: node.ros_name for node in all_steps(mission) if isinstance(node, GoalNode)}
     for requirement in mission.requirements:
-        for signal, value in _compared(requirement.root, {}, signals_in):
+        for signal, value in _compared(root_of(requirement), {}, signals_in):
             if signal.name == "feedback" and signal.arguments[0] in known:
                 node, field = signal.arguments
                 yield _Compared("set_feedback", known[node], field, value)

@@ -22,7 +22,7 @@ from bt_mission.commands.fork.robot_files import RobotFiles
 from bt_mission.executive.trace import VERSION
 from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.checks.python_code import factory_diagnostics
-from bt_mission.language.loader import Examined, read_mission, required
+from bt_mission.language.loader import Examined, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.nodes.fields import ProgramEntry
 from bt_mission.language.permissions import Permissions
@@ -32,6 +32,7 @@ from bt_mission.recording.facts import RunFacts, robot_of
 from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.signal_samples import requirements_in
+from bt_mission.requirements.mission_file import read_mission
 from bt_mission.sessions.load import document_of_text
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 

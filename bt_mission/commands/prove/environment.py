@@ -70,10 +70,9 @@ from bt_mission.executive.goals.goal import Goal
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Requirement
 from bt_mission.language.nodes.decorators import RepeatNode
 from bt_mission.language.nodes.leaves import PythonNode
-from bt_mission.requirements.language.formula import Requirement
 from bt_mission.ros.mission_runner import TICK_RATE_HZ
 from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 

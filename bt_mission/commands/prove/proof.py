@@ -32,8 +32,9 @@ from bt_mission.commands.prove.explorer import (
 from bt_mission.commands.prove.goal_servers import MOST_DELAYS
 from bt_mission.commands.prove.known_steps import DivergedError
 from bt_mission.commands.prove.revision import RevisedEverywhere, RevisionClaims
-from bt_mission.language.mission import Mission
-from bt_mission.requirements.language.formula import Requirement
+from bt_mission.language.mission import Mission, Requirement
+from bt_mission.requirements.language.formula import root_of, vacuous_verdict
+from bt_mission.requirements.language.premises import premises_of
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageRecord
 
@@ -468,9 +469,9 @@ def _verdict(
         return RequirementVerdict(name, "violated")
     if not explored.is_exhaustive:
         return RequirementVerdict(name, "open")
-    for premise in requirement.premises:
+    for premise in premises_of(root_of(requirement)):
         if (name, premise) not in claims.met:
-            return RequirementVerdict(name, requirement.vacuous_verdict, premise.why_not)
+            return RequirementVerdict(name, vacuous_verdict(requirement), premise.why_not)
     return RequirementVerdict(name, "proved" if is_proved else "not violated")
 
 

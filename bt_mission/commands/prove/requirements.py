@@ -18,9 +18,10 @@ from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.mission import Requirement
 from bt_mission.language.outcome import is_outcome
 from bt_mission.requirements.compiler import Reader
-from bt_mission.requirements.language.formula import Requirement, signals_in, walk
+from bt_mission.requirements.language.formula import root_of, signals_in, walk
 from bt_mission.requirements.language.premises import Premise
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.syntax import Measure, SignalValue, Temporal
@@ -198,11 +199,11 @@ class RequirementMonitors:
 
 def why_physics(requirement: Requirement) -> str:
     """Return why a requirement is not decided by the answers of servers; empty if it is."""
-    for signal in signals_in(requirement.root):
+    for signal in signals_in(root_of(requirement)):
         if signal.name not in READABLE:
             what = SIGNALS[signal.name].text if signal.name in SIGNALS else "not known here"
             return f"'{signal.key}': {what}"
-    for part in walk(requirement.root):
+    for part in walk(root_of(requirement)):
         if isinstance(part, Temporal) and (part.window.is_bounded or part.window.start):
             return f"'{part.word}' has a window in seconds"
         if isinstance(part, Measure) and (part.window.is_bounded or part.word in ("mean", "rate")):

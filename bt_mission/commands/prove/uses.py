@@ -40,14 +40,14 @@ from bt_mission.language.message_types import (
     conform,
     field_at,
 )
-from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.mission import Mission, Requirement, Tree
 from bt_mission.language.nodes.base import NodeModel, OutputsNode, Read
 from bt_mission.language.nodes.decorators import ForEachNode
 from bt_mission.language.nodes.fields import NumberRule
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode, SetNode
 from bt_mission.language.nodes.subtree import TreeNode
-from bt_mission.requirements.language.formula import Requirement
+from bt_mission.requirements.language.formula import root_of
 from bt_mission.requirements.language.syntax import Measure, SignalValue, Temporal
 from bt_mission.ros.interface_types import shapes
 
@@ -290,7 +290,7 @@ class Uses:
                 self._note_node(tree, node)
                 self._note_writes(node, literal, varying)
         for requirement in requirements:
-            root = renamed(requirement.root)
+            root = renamed(root_of(requirement))
             place = f"requirement '{requirement.name}'"
             self._every.append(Use(root, requirement.text, place, "condition"))
         self.fixed: dict[str, list[Any]] = {

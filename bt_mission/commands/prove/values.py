@@ -35,10 +35,9 @@ from bt_mission.commands.prove.uses import (
     texts_in,
 )
 from bt_mission.executive.behaviours.runtime import read_field
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, Requirement
 from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.interfaces import InterfaceNode
-from bt_mission.requirements.language.formula import Requirement
 
 
 class Known(dict[Any, Any]):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Literal
 
 from typing_extensions import override
 
@@ -16,8 +14,8 @@ from bt_mission.language.expressions.outcomes import Range, outcomes, range_of
 from bt_mission.language.expressions.syntax import Logic, Not, SyntaxNode
 from bt_mission.language.expressions.units import dimension_of
 from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.mission import Requirement
 from bt_mission.requirements.language.parser import parse_requirement
-from bt_mission.requirements.language.premises import Premise, premises_of
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.syntax import (
     EDGES,
@@ -29,8 +27,6 @@ from bt_mission.requirements.language.syntax import (
 
 CONTROL_STEP_S = 0.05
 """The period of the control steps; a shorter window may hold no sample at all."""
-
-OnViolation = Literal["report", "fail", "halt", "measure"]
 
 
 @dataclass(frozen=True)
@@ -80,24 +76,14 @@ class Condition(Clause):
             )
 
 
-@dataclass(frozen=True)
-class Requirement:
-    """A requirement with its name: what must hold, and what is done when it does not."""
+def root_of(requirement: Requirement) -> SyntaxNode:
+    """Return the formula of a requirement. Raises ExpressionError if it is invalid."""
+    return parse_requirement(requirement.text)
 
-    name: str
-    text: str
-    root: SyntaxNode = field(repr=False, compare=False)
-    on_violation: OnViolation = "report"
 
-    @property
-    def vacuous_verdict(self) -> Verdict:
-        """The verdict of a run in which a premise never came true."""
-        return "not applicable" if may_not_apply(self.text) else "not exercised"
-
-    @cached_property
-    def premises(self) -> tuple[Premise, ...]:
-        """The conditions that must come true for its verdict to show anything."""
-        return premises_of(self.root)
+def vacuous_verdict(requirement: Requirement) -> Verdict:
+    """Return the verdict of a run in which a premise never came true."""
+    return "not applicable" if may_not_apply(requirement.text) else "not exercised"
 
 
 MAY_NOT_APPLY = "may not apply:"

@@ -21,6 +21,7 @@ time      = number ("s" | "ms" | "min")?
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from typing_extensions import override
 
@@ -65,6 +66,7 @@ INSTEAD = {
 TIMES = tuple(name for name, unit in COMPUTED.items() if unit == SECONDS)
 
 
+@lru_cache(maxsize=1024)
 def parse_requirement(text: str) -> SyntaxNode:
     """Return a requirement's parts. Raises ExpressionError, with the column."""
     parser = RequirementParser(tokenized(text, symbols=":="))
@@ -72,26 +74,6 @@ def parse_requirement(text: str) -> SyntaxNode:
     node = parser.either()
     parser.end()
     return node
-
-
-def whenever(
-    trigger: SyntaxNode,
-    then: SyntaxNode,
-    window: TimeWindow | None,
-    *,
-    premise: str,
-    column: int = 1,
-) -> SyntaxNode:
-    """Return that each instant at which `trigger` holds is followed by `then` within a window.
-
-    Without a window `then` holds at the same instant.
-
-    Args:
-        premise: The text of the trigger.
-    """
-    if window is not None:
-        then = Temporal(then.column, "eventually", (then,), window)
-    return Temporal(column, "always", (Implies.of(trigger, then, premise),))
 
 
 @dataclass
@@ -155,7 +137,10 @@ class RequirementParser(ExpressionParser):
         return Temporal(token.column, token.text, (operand,), window)
 
     def whenever(self) -> SyntaxNode:
-        """Take a trigger and what must follow it."""
+        """Take a trigger and what must follow it within a window.
+
+        Without a window it must hold at the same instant.
+        """
         token = self.take()
         first = self.at
         trigger = self.either()
@@ -163,8 +148,10 @@ class RequirementParser(ExpressionParser):
         if not self.takes(":", "then"):
             message = f"expected ':' or 'then' after 'whenever ...', got {self.got}"
             raise ExpressionError("BT-601", message, self.next.column)
-        then = self.either()
-        return whenever(trigger, then, self.within(), premise=premise, column=token.column)
+        then, window = self.either(), self.within()
+        if window is not None:
+            then = Temporal(then.column, "eventually", (then,), window)
+        return Temporal(token.column, "always", (Implies.of(trigger, then, premise),))
 
     @property
     def got(self) -> str:

@@ -17,22 +17,20 @@ from pydantic import (
 )
 
 from bt_mission.base.diagnostics import describe
-from bt_mission.language.expressions.syntax import SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.mission import OnViolation, Requirement
 from bt_mission.language.nodes.base import Written
 from bt_mission.language.nodes.fields import FixedLimit, Line, parsed, refusal
 from bt_mission.requirements.language.formula import (
     MAY_NOT_APPLY,
     Clause,
     Formula,
-    OnViolation,
-    Requirement,
     check_formula,
     may_not_apply,
     walk,
 )
-from bt_mission.requirements.language.parser import whenever
-from bt_mission.requirements.language.syntax import Measure, Temporal, TimeWindow
+from bt_mission.requirements.language.parser import parse_requirement
+from bt_mission.requirements.language.syntax import Measure, Temporal
 
 EXAMPLE = "always clearance > 0.1"
 
@@ -77,21 +75,10 @@ class RequirementForm(Written):
             raise refusal("expected 'formula', or 'whenever' and 'then'", code="BT-601")
         if self.formula is None:
             try:
-                check_formula(self.root)
+                check_formula(parse_requirement(self.text))
             except ExpressionError as error:
                 raise refusal(error.message, error.hint, code=error.code) from None
         return self
-
-    @property
-    def root(self) -> SyntaxNode:
-        """The parts of the formula that the keys make together."""
-        if self.formula is not None:
-            return self.formula.root
-        assert self.whenever is not None
-        assert self.then is not None
-        window = None if self.within is None else TimeWindow(0.0, self.within)
-        premise = self.whenever.text.strip()
-        return whenever(self.whenever.root, self.then.root, window, premise=premise)
 
     @property
     def text(self) -> str:
@@ -152,5 +139,5 @@ def requirements_of(written: Mapping[str, Formula | RequirementForm]) -> tuple[R
     requirements = []
     for name, form in written.items():
         action: OnViolation = form.on_violation if isinstance(form, RequirementForm) else "report"
-        requirements.append(Requirement(name, form.text, form.root, action))
+        requirements.append(Requirement(name, form.text, action))
     return tuple(requirements)

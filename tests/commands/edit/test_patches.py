@@ -16,8 +16,8 @@ from bt_mission.commands.edit.source import Edits, PatchError, applied
 from bt_mission.commands.edit.spans import Path as KeyPath
 from bt_mission.commands.edit.spans import Span, read_spans
 from bt_mission.commands.edit.world_patches import add_thing, move_thing
-from bt_mission.language.loader import read_mission
 from bt_mission.language.nodes.registry import KINDS
+from bt_mission.requirements.mission_file import read_mission
 from tests.support.project import MISSIONS, ROOT
 from tests.support.thorough import sample
 

@@ -13,7 +13,7 @@ from bt_mission.base.yaml.document import read_text
 from bt_mission.commands.convert import document
 from bt_mission.commands.convert.mission_writer import mission_xml
 from bt_mission.commands.convert.xml_format import palette
-from bt_mission.language.loader import read_mission
+from bt_mission.requirements.mission_file import read_mission
 from bt_mission.sessions.load import convert, document_of, load
 from tests.support.btcpp_rules import CHILDREN, PORTS
 from tests.support.fuzz import cases, xml_missions
