@@ -22,8 +22,7 @@ from bt_mission.base.commands import ROWS, row_of  # noqa: E402 - from the root
 
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.base",),
-    ("bt_mission.cdr", "bt_mission.robots"),
-    ("bt_mission.language",),
+    ("bt_mission.cdr", "bt_mission.robots", "bt_mission.language"),
     ("bt_mission.requirements",),
     ("bt_mission.executive",),
     ("bt_mission.ros",),
@@ -51,7 +50,6 @@ def _needs() -> dict[str, set[str]]:
 NEEDS = _needs()
 
 STANDING: Mapping[str, tuple[str, ...]] = {
-    "bt_mission.base.interface_units": ("bt_mission.cdr.definitions",),
     "bt_mission.scenarios.concrete.space": (
         "bt_mission.commands.falsify.material",
         "bt_mission.commands.falsify.starts",

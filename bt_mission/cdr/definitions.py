@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.files import prefixes
+from bt_mission.base.interface_files import file_text, share_folders
 
 SEPARATOR = "=" * 80
 
@@ -58,25 +58,6 @@ class NoDefinitionError(BtMissionError):
     """The files of a type are not installed here."""
 
     code = "BT-501"
-
-
-def share_folders() -> list[Path]:
-    """Return the folders of interface packages, in order of precedence.
-
-    The last are replacements of real packages (interfaces/wheel).
-    """
-    shares = [prefix / "share" for prefix in prefixes()]
-    return [*shares, *(share / "bt_mission/ros/share" for share in shares)]
-
-
-def file_text(type_name: str, folders: Sequence[Path]) -> str | None:
-    """Return the text of a type's file, such as ``std_srvs/srv/Trigger``, if it exists."""
-    package, folder, name = type_name.split("/")
-    for share in folders:
-        path = share / package / folder / f"{name}.{folder}"
-        if path.is_file():
-            return path.read_text(encoding="utf-8")
-    return None
 
 
 class Definitions:

@@ -12,10 +12,10 @@ from typing import Any
 
 from bt_mission.base.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.base.errors import HintedError
-from bt_mission.base.interface_units import POSE_AXES
 from bt_mission.base.stamps import NS
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import Type
+from bt_mission.language.interface_units import POSE_AXES
 
 Path = tuple[str | int, ...]
 

@@ -15,7 +15,7 @@ from rosidl_parser import definition
 
 from bt_mission.base.diagnostics import did_you_mean, listed, quoted
 from bt_mission.base.errors import BtMissionError
-from bt_mission.cdr.definitions import share_folders
+from bt_mission.base.interface_files import share_folders
 from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.message_types import (

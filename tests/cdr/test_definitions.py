@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from rosbags.typesys import get_types_from_msg
 
-from bt_mission.cdr.definitions import SEPARATOR, Definitions, NoDefinitionError, share_folders
+from bt_mission.base.interface_files import share_folders
+from bt_mission.cdr.definitions import SEPARATOR, Definitions, NoDefinitionError
 from bt_mission.ros.interface_types import installed
 
 DEFINITIONS = Definitions(share_folders())

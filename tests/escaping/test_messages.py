@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from bt_mission.base.interface_comments import read_interface
 from bt_mission.base.text import columns
 from bt_mission.commands.graph import goal_events, listing
 from bt_mission.commands.graph.form import GoalForm
@@ -26,6 +25,7 @@ from bt_mission.commands.graph.interface_description import (
     describe_interface,
 )
 from bt_mission.commands.graph.values import as_json, as_yaml, plain
+from bt_mission.language.interface_comments import read_interface
 from tests.support.hostile import (
     HOSTILE,
     MARK,

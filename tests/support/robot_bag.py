@@ -8,7 +8,8 @@ from typing import Any
 
 from mcap_ros2.writer import Writer
 
-from bt_mission.cdr.definitions import Definitions, share_folders
+from bt_mission.base.interface_files import share_folders
+from bt_mission.cdr.definitions import Definitions
 from bt_mission.language.mission import Requirement
 from bt_mission.recording.verification import RecordedRequirements, Verification
 

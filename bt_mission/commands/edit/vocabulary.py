@@ -14,11 +14,11 @@ from action_servers.core.tuning import TUNING
 from action_servers.server.actions import action
 from bt_mission.base.actions import declared
 from bt_mission.base.diagnostics import InputError
-from bt_mission.base.interface_units import PARTS, SI, interface_of, unit_of_field
 from bt_mission.commands.edit.outline import outline
 from bt_mission.commands.edit.source import LIST_KEYS, indented
 from bt_mission.commands.edit.spans import read_spans
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.interface_units import PARTS, SI, interface_of, unit_of_field
 from bt_mission.language.message_types import MessageShape, Scalar, UnknownType
 from bt_mission.language.nodes.base import Family, NodeModel
 from bt_mission.language.nodes.registry import KINDS

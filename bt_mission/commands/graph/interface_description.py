@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from bt_mission.base.interface_comments import InterfaceText, Section, read_interface
-from bt_mission.cdr.definitions import file_text, share_folders
+from bt_mission.base.interface_files import file_text, share_folders
 from bt_mission.commands.graph.values import flat, plain
+from bt_mission.language.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.language.message_types import MessageShape, Scalar, Shape, field_at
 from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of
 

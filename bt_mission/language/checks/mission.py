@@ -7,7 +7,6 @@ from itertools import islice
 from typing import Any
 
 from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, Diagnostic
-from bt_mission.base.interface_units import unit_of_field
 from bt_mission.base.units import COMPUTED, UNITS
 from bt_mission.language.checks.python_code import leaf_diagnostics
 from bt_mission.language.checks.scope import (
@@ -23,6 +22,7 @@ from bt_mission.language.checks.warnings import expected_failures
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.expressions.units import Measured, added_names, is_angle
 from bt_mission.language.expressions.values import WORDS, ExpressionError, fits
+from bt_mission.language.interface_units import unit_of_field
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import Path

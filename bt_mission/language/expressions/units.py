@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self, TypeAlias
 
-from bt_mission.base.interface_units import SI
 from bt_mission.base.units import (
     COMPUTED,
     DIMENSIONS,
@@ -30,6 +29,7 @@ from bt_mission.language.expressions.syntax import (
     SyntaxNode,
 )
 from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.interface_units import SI
 
 UnitOfName: TypeAlias = Callable[[Name], str]
 """Gives the unit of what a name stands for; empty where it is not known."""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, PlainValidator
 from typing_extensions import override
 
-from bt_mission.base.interface_units import POSE, type_of_field, unit_of_field
 from bt_mission.language.expressions.expression import Expression, Text, Value
 from bt_mission.language.expressions.places import Places, with_places
 from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.units import quantities
 from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.interface_units import POSE, type_of_field, unit_of_field
 from bt_mission.language.nodes import base, fields
 
 PARTS_OF = {

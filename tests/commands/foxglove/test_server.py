@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 
 from bt_mission.base.errors import BtMissionError
+from bt_mission.base.interface_files import share_folders
 from bt_mission.base.wall_clock import Stopwatch
-from bt_mission.cdr.definitions import Definitions, parse, share_folders
+from bt_mission.cdr.definitions import Definitions, parse
 from bt_mission.cli.web import NEEDED
 from bt_mission.commands.foxglove import LAYOUT
 from bt_mission.language.mission import Mission

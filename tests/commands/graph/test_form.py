@@ -12,11 +12,11 @@ from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Static
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.interface_comments import Section
 from bt_mission.commands.graph.form import FormLine, GoalForm
 from bt_mission.commands.graph.goal_events import GoalOutcome
 from bt_mission.commands.graph.goal_request import GoalSender
 from bt_mission.commands.graph.interface_description import InterfaceDescription, InterfacePart
+from bt_mission.language.interface_comments import Section
 from tests.support.graph import TURN
 
 Script = Callable[[GoalForm, Pilot[Any]], Awaitable[None]]

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, lru_cache
 
-from bt_mission.base.interface_comments import InterfaceText, read_interface
-from bt_mission.cdr.definitions import file_text, share_folders
+from bt_mission.base.interface_files import file_text, share_folders
+from bt_mission.language.interface_comments import InterfaceText, read_interface
 
 SI = "SI"
 """The unit of a field without a comment in a package that keeps to REP 103."""

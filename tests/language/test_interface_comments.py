@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.base.interface_comments import (
+from bt_mission.language.interface_comments import (
     FieldComment,
     NamedValue,
     field_comment,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from bt_mission.base.interface_units import SI, unit_of_field
+from bt_mission.language.interface_units import SI, unit_of_field
 
 OURS = "bt_mission_interfaces/action"
 
