@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import yaml
 
-from bt_mission.base.draws import SeededDraws, maybe, number, one_of
+from bt_mission.scenarios.draws import SeededDraws, maybe, number, one_of
 from bt_mission.testing.generators.missions import drawn_mission
 
 LEGS = """\

@@ -29,8 +29,8 @@ from action_msgs.msg import GoalStatus
 from trials import Line, carry_out, conclude, counted, missing
 
 from benchmarks.measuring import CpuWatch, arguments
-from bt_mission.base.draws import SeededDraws, maybe, one_of
 from bt_mission.base.files import names
+from bt_mission.scenarios.draws import SeededDraws, maybe, one_of
 from bt_mission.scenarios.faults import FAULTS, PlannedFault
 from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.testing import ScenarioError

@@ -28,7 +28,7 @@ BATCH = 25
 
 def run_batch(first: int, last: int) -> None:
     """Print a line of JSON for each scenario: its seed, its end, its trace's hash."""
-    from bt_mission.base.draws import SeededDraws  # noqa: PLC0415 - in the child only
+    from bt_mission.scenarios.draws import SeededDraws  # noqa: PLC0415 - in the child only
     from bt_mission.testing.generators.scenarios import drawn_scenario  # noqa: PLC0415
     from bt_mission.testing.stages import Stages  # noqa: PLC0415
 

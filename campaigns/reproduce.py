@@ -46,7 +46,6 @@ import yaml
 
 from benchmarks.measuring import arguments
 from bt_mission.base.dds.middleware import prepare_middleware
-from bt_mission.base.draws import SeededDraws, maybe, number, one_of
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import find
 from bt_mission.base.yaml.document import read_text
@@ -55,6 +54,7 @@ from bt_mission.commands.reproduce.session import ReproduceOptions, reproduce
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile
 from bt_mission.scenarios.concrete.work import record_scenario
+from bt_mission.scenarios.draws import SeededDraws, maybe, number, one_of
 from bt_mission.scenarios.faults.drawable import Drawable
 from bt_mission.scenarios.faults.drawing import can_be_drawn, drawn_fault
 from bt_mission.scenarios.faults.planned import AtTime, PlannedFault

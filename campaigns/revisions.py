@@ -30,12 +30,12 @@ from trials import carry_out, conclude, counted, missing
 
 from benchmarks.measuring import arguments
 from bt_mission.base.actions import moved_part
-from bt_mission.base.draws import Draws, SeededDraws, maybe, number, one_of
 from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.events.events import Event, GoalChanged, TreeRevised
 from bt_mission.executive.goals.goal import Goal
 from bt_mission.executive.goals.ledger import WANTED
 from bt_mission.language.mission import Mission
+from bt_mission.scenarios.draws import Draws, SeededDraws, maybe, number, one_of
 from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.sessions.load import load
 from bt_mission.testing.generators.missions import drawn_mission

@@ -4,8 +4,8 @@ A terminal obeys control sequences; marks of the direction of writing and charac
 seen make a text look like another one. :func:`escape_control` writes all of them as Python would:
 ``\x1b``, ``\u202e``. Each kind of output has one border that calls it:
 
-- standard output and error: :mod:`bt_mission.base.terminal.streams`
-- Rich and Textual: :mod:`bt_mission.base.terminal.console`, :mod:`bt_mission.base.terminal.screen`
+- standard output and error: :mod:`bt_mission.views.terminal.streams`
+- Rich: :mod:`bt_mission.views.terminal.console`; Textual: :mod:`bt_mission.views.terminal.screen`
 - logs of ROS nodes: :mod:`bt_mission.base.ros_log`
 - HTML and SVG: :func:`escape_markup`, and :func:`escape_page` for a whole page in a frame
 - XML and YAML, which keep every value, write references and escapes of their own for what is not

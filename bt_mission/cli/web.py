@@ -172,7 +172,7 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
     if not options.web:
         yield
         return
-    from bt_mission.base.guarded_server import listening_socket
+    from bt_mission.views.web.guarded_server import listening_socket
 
     listening_socket(options.host or LOOPBACK, _port_of(options)).close()  # or say so at once
     with watch_beside(name, *web_arguments(options)):

@@ -58,7 +58,7 @@ STYLES: Mapping[State, str] = {
 
 def doctor(_: argparse.Namespace) -> int:
     """Run all checks; 0 when everything needed is there."""
-    from bt_mission.base.terminal.console import EscapingConsole
+    from bt_mission.views.terminal.console import EscapingConsole
 
     return report_on(EscapingConsole(sys.stdout))
 

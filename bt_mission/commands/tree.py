@@ -114,8 +114,8 @@ def _print(root: Any, title: str) -> None:
 def _print_coloured(rows: Iterable[Any], title: str, signs: str) -> None:
     from rich.text import Text
 
-    from bt_mission.base.terminal.console import EscapingConsole
     from bt_mission.views.drawing.scene import COLOURS
+    from bt_mission.views.terminal.console import EscapingConsole
 
     lines = [Text(title, style="bold")]
     for row in rows:

@@ -21,7 +21,6 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.base.errors import BtMissionError, callback_failure, cause_of
-from bt_mission.base.listeners import Listeners
 from bt_mission.base.stamps import NS
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.behaviours.decorators import Subtree
@@ -45,6 +44,7 @@ from bt_mission.executive.events.events import (
 from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.executive.goals.goal import Goal, state_of
 from bt_mission.executive.goals.poses import poses_of
+from bt_mission.executive.listeners import Listeners
 from bt_mission.executive.numbered_tree import NumberedTree
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace

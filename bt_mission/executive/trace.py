@@ -15,7 +15,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
-from bt_mission.base.listeners import Stream
 from bt_mission.base.output import DELETED, OutputFile
 from bt_mission.executive.events.codec import goal_line, node_names, trace_line
 from bt_mission.executive.events.events import (
@@ -26,6 +25,7 @@ from bt_mission.executive.events.events import (
     RunStarted,
     TreeRevised,
 )
+from bt_mission.executive.listeners import Stream
 
 VERSION = 3
 KEPT_LINES = 200

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.base.listeners import Stream
 from bt_mission.executive.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.executive.listeners import Stream
 from bt_mission.ros.clients import RosClient
 from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict
 from bt_mission.ros.executors.serving import ServingExecutor

@@ -14,7 +14,6 @@ from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-from bt_mission.base.dds.participants import Discovery
 from bt_mission.base.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.wall_clock import Stopwatch
@@ -29,6 +28,7 @@ from bt_mission.language.trees import used
 from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict
 from bt_mission.ros.graph import REQUESTS, WAIT_S, GraphConnection, type_hash_of
 from bt_mission.ros.interface_types import KINDS, action_type
+from bt_mission.ros.participants import Discovery
 
 LOOK_S = 4.0
 """Wall time after which a name counts as missing; Fast DDS announces a participant every 3 s."""

@@ -21,12 +21,12 @@ from typing_extensions import override
 
 from bt_mission.base.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.listeners import Stream
 from bt_mission.base.stamps import NS
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.behaviours.builder import build_tree, node_details
 from bt_mission.executive.events.events import GoalChanged
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.listeners import Stream
 from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.status import MissionStatus

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 
-from bt_mission.base.listeners import Stream
 from bt_mission.base.ros_log import log_of
 from bt_mission.base.stamps import clock_ns
 from bt_mission.base.text import seconds
@@ -19,6 +18,7 @@ from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.executive.events.events import ClockJumped, LogLine
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.ledger import Ledger
+from bt_mission.executive.listeners import Stream
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission

@@ -18,7 +18,6 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from bt_mission.base.action_requests import BoundedRequests
-from bt_mission.base.clock_messages import ValidClock
 from bt_mission.base.dds.publishers import duplicate_publishers
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
@@ -27,6 +26,7 @@ from bt_mission.base.ros_log import log_of
 from bt_mission.base.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.permissions import Permissions
+from bt_mission.ros.clock_messages import ValidClock
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import REQUESTS, NodeOptions
 from bt_mission.ros.mission_node import MissionNode

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.base.statistics import samples_as_text, wilson
+from bt_mission.scenarios.statistics import samples_as_text, wilson
 
 SHOWN_IN_FULL = 3
 SHOWN_IN_LINES = 10

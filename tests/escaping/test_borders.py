@@ -14,12 +14,12 @@ import pytest
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from bt_mission.base.ros_log import EscapingLogger
-from bt_mission.base.terminal.console import EscapingConsole
-from bt_mission.base.terminal.streams import escaped_output, unescaped
 from bt_mission.base.text import escape_control, escape_lines
 from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import main, make_parser
 from bt_mission.commands.doctor import CheckResult, DoctorCheck, report_on
+from bt_mission.views.terminal.console import EscapingConsole
+from bt_mission.views.terminal.streams import escaped_output, unescaped
 from tests.support.hostile import ATTACKS, HOSTILE, MARK, escape_nothing, filled, leaks
 from tests.support.project import ROOT
 from tools import check_layers
@@ -27,11 +27,11 @@ from tools import check_layers
 KNOWN = check_layers.modules()
 
 BORDERS = {
-    "rich.console.Console": "bt_mission.base.terminal.console",
+    "rich.console.Console": "bt_mission.views.terminal.console",
     "rich.get_console": "",
-    "rich.text.Text.from_ansi": "bt_mission.base.terminal.console",
+    "rich.text.Text.from_ansi": "bt_mission.views.terminal.console",
     "rich.text.Text.from_markup": "",
-    "textual.app.App": "bt_mission.base.terminal.screen",
+    "textual.app.App": "bt_mission.views.terminal.screen",
     "html.escape": "bt_mission.base.text",
     "xml.sax.saxutils": "",
     "sys.__stdout__": "bt_mission.programs.signals",  # of pdb, in the program of a user

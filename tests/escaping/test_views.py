@@ -14,7 +14,6 @@ import pytest
 from PIL import ImageDraw
 from py_trees.common import Status
 
-from bt_mission.base.terminal.console import EscapingConsole, coloured
 from bt_mission.cli.main import main
 from bt_mission.commands.video.panel import Captions, panel
 from bt_mission.executive.events import reader
@@ -32,6 +31,7 @@ from bt_mission.ros.interface_types import message_type, service_type
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
 from bt_mission.scenarios.coverage.report import as_html
+from bt_mission.views.terminal.console import EscapingConsole, coloured
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
 from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView

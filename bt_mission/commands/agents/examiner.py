@@ -15,8 +15,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from bt_mission.base.children import started
 from bt_mission.base.diagnostics import Diagnostic
+from bt_mission.cli.children import started
 from bt_mission.commands.agents.folder import Proposal, ProposalError
 from bt_mission.commands.agents.site import Site, SiteChangedError, load_site
 

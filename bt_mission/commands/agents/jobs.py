@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from bt_mission.base.children import Child
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.output import write_file
+from bt_mission.cli.children import Child
 from bt_mission.commands.agents.folder import Proposal
 from bt_mission.commands.agents.site import Site
 

@@ -11,9 +11,14 @@ from typing import Any
 from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 
-from bt_mission.base.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.commands.agents.server import LONGEST_CALL
 from bt_mission.views.web.gate import App, Gate, Receive, Scope, Send
+from bt_mission.views.web.guarded_server import (
+    Connections,
+    FrameRate,
+    GuardedServer,
+    listening_socket,
+)
 
 LOOPBACK = "127.0.0.1"
 PATH = "/mcp"

@@ -15,11 +15,11 @@ from contextlib import closing
 from pathlib import PurePosixPath
 from posixpath import dirname, join, normpath
 
-from bt_mission.base.terminal.streams import unescaped
 from bt_mission.base.text import columns, cut
 from bt_mission.cli.exits import NOTHING_FOUND, SUCCESS
 from bt_mission.cli.parser import Command, Option
 from bt_mission.commands.docs.pages import LINK, Manual, Section, lines_of, manual
+from bt_mission.views.terminal.streams import unescaped
 
 MOST_OTHERS = 5
 """Pages that are named below the best one."""
@@ -113,7 +113,7 @@ def _show(pages: Manual, part: Sequence[Section], hits: Sequence[Section]) -> No
     from rich.markdown import Markdown
     from rich.theme import Theme
 
-    from bt_mission.base.terminal.console import EscapingConsole
+    from bt_mission.views.terminal.console import EscapingConsole
 
     console = EscapingConsole(sys.stdout, theme=Theme({"markdown.code": "bold"}))
     width = min(console.width, MOST_COLUMNS)

@@ -18,7 +18,7 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from bt_mission.base.errors import described
-from bt_mission.base.guarded_server import Connections
+from bt_mission.views.web.guarded_server import Connections
 
 PROTOCOL = "foxglove.sdk.v1"
 

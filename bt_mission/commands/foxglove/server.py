@@ -19,13 +19,18 @@ from starlette.routing import WebSocketRoute
 from bt_mission.base.dds.publishers import CLOCK
 from bt_mission.base.diagnostics import listed
 from bt_mission.base.errors import BtMissionError, described
-from bt_mission.base.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.cdr.definitions import definition_of, with_plain_names
 from bt_mission.commands.foxglove.clients import Channel, Clients
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.subscriber import matching_qos
 from bt_mission.sessions.session import Onlooker
+from bt_mission.views.web.guarded_server import (
+    Connections,
+    FrameRate,
+    GuardedServer,
+    listening_socket,
+)
 
 if TYPE_CHECKING:
     from rclpy.node import Node

@@ -14,7 +14,6 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Checkbox, Footer, Input, Label, Static
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.terminal.screen import EscapingApp
 from bt_mission.base.text import escape_control
 from bt_mission.commands.graph import goal_events
 from bt_mission.commands.graph.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
@@ -22,6 +21,7 @@ from bt_mission.commands.graph.form_fields import FormField, lines_of, texts
 from bt_mission.commands.graph.goal_request import GoalRequest
 from bt_mission.commands.graph.goal_views import event_lines
 from bt_mission.language.message_types import nested
+from bt_mission.views.terminal.screen import EscapingApp
 
 if TYPE_CHECKING:
     from bt_mission.commands.graph.goal_request import GoalSender

@@ -10,7 +10,6 @@ import secrets
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.base.listeners import Stream
 from bt_mission.base.stamps import NS
 from bt_mission.commands.graph.goal_events import (
     CancelRefused,
@@ -26,6 +25,7 @@ from bt_mission.commands.graph.goal_events import (
 from bt_mission.commands.graph.interface_description import describe_interface
 from bt_mission.executive.goals.goal import FORGOTTEN, Goal, GoalClient, GoalStatus, Phase
 from bt_mission.executive.goals.ledger import SERVER_CHECK_NS, Ledger
+from bt_mission.executive.listeners import Stream
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.server_logs import ServerLogs
 

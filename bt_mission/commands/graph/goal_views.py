@@ -12,7 +12,6 @@ from rich.live import Live
 from rich.style import StyleType
 from rich.text import Text
 
-from bt_mission.base.terminal.console import EscapingConsole
 from bt_mission.base.text import escape_control, seconds
 from bt_mission.commands.graph.feedback_table import FeedbackTable
 from bt_mission.commands.graph.goal_events import (
@@ -28,6 +27,7 @@ from bt_mission.commands.graph.goal_events import (
 )
 from bt_mission.commands.graph.interface_description import InterfaceDescription, InterfacePart
 from bt_mission.commands.graph.values import SHOWN_ITEMS, as_json, flat, plain, short
+from bt_mission.views.terminal.console import EscapingConsole
 
 LONG = 60
 """Characters of a list beyond which its items are in separate lines."""

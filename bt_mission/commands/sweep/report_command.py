@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.terminal.streams import unescaped
 from bt_mission.cli.argument_types import count, output_file
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import FORCE, JSON
 from bt_mission.cli.outputs import refuse_overwritten
 from bt_mission.cli.parser import Command, Option, each
+from bt_mission.views.terminal.streams import unescaped
 
 if TYPE_CHECKING:
     from bt_mission.commands.sweep.columns import SweepColumns
@@ -111,10 +111,10 @@ def tell_results(store: ResultStore, page: Path | None = None, worst: int | None
     """
     from rich.text import Text
 
-    from bt_mission.base.terminal.console import EscapingConsole
     from bt_mission.commands.sweep.columns import SweepColumns
     from bt_mission.commands.sweep.repeat import Repeater
     from bt_mission.commands.sweep.report.terminal import tables
+    from bt_mission.views.terminal.console import EscapingConsole
 
     columns = SweepColumns(store.rows())
     width = None if sys.stdout.isatty() else UNSEEN_WIDTH

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.base.statistics import samples_as_text, wilson
 from bt_mission.base.verdicts import VACUOUS, VERDICTS, Verdict
 from bt_mission.scenarios.cause import KINDS, Cause, CauseKind
 from bt_mission.scenarios.concrete.row import RequirementMargin, ScenarioRow
+from bt_mission.scenarios.statistics import samples_as_text, wilson
 
 MOST_GROUPS = 500
 """Kinds of failures that are listed; those of further kinds are counted together."""

@@ -18,8 +18,8 @@ from typing import Any, ClassVar
 
 from py_trees.common import Status
 
-from bt_mission.base.listeners import Stream
 from bt_mission.executive.goals.poses import NamedPose
+from bt_mission.executive.listeners import Stream
 
 FINAL = ("success", "failure", "interrupted")
 """Values of :attr:`StateChanged.status` of a mission that has ended."""

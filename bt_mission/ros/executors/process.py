@@ -22,12 +22,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.base.clock_messages import ValidClock
 from bt_mission.base.diagnostics import InputError, did_you_mean
 from bt_mission.base.errors import BtMissionError, cause_of
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.parameters import ParameterSpec, specs
 from bt_mission.base.ros_log import log_of
+from bt_mission.ros.clock_messages import ValidClock
 from bt_mission.ros.executors.live import LiveExecutor
 from bt_mission.ros.executors.parameter_file import ParameterFile, read_parameters
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from bt_mission.base.draws import Draws, maybe, number, one_of
 from bt_mission.commands.falsify.material import Material, material_of
 from bt_mission.commands.falsify.starts import FreeSpace
 from bt_mission.scenarios.concrete.base import BaseScenario
@@ -20,6 +19,7 @@ from bt_mission.scenarios.concrete.ranges import (
     Span,
     StartRanges,
 )
+from bt_mission.scenarios.draws import Draws, maybe, number, one_of
 from bt_mission.scenarios.faults.drawable import ACTIONS, LONGEST_S, STEP_S, Drawable
 from bt_mission.scenarios.faults.drawing import (
     DEFAULT_KINDS,

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
 
-from bt_mission.base.draws import SeededDraws
 from bt_mission.base.errors import BtMissionError
 from bt_mission.scenarios.concrete.candidate import Candidate
 from bt_mission.scenarios.concrete.space import PartDraws
+from bt_mission.scenarios.draws import SeededDraws
 
 BATCH = 16
 """The number of candidates in a batch, independent of the number of workers, so that a search can

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from bt_mission.base.draws import Draws, maybe, number, one_of
+from bt_mission.scenarios.draws import Draws, maybe, number, one_of
 
 STEP_S = 0.25
 LATEST_S = 20.0

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from bt_mission.base.diagnostics import did_you_mean, quoted
-from bt_mission.base.draws import Draws, maybe, number, one_of
 from bt_mission.requirements.language.formula import Condition
+from bt_mission.scenarios.draws import Draws, maybe, number, one_of
 from bt_mission.scenarios.faults.drawable import STEP_S, Drawable
 from bt_mission.scenarios.faults.faults import FAULTS
 from bt_mission.scenarios.faults.kind import FaultKind

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from bt_mission.base.draws import Draws
+from bt_mission.scenarios.draws import Draws
 from bt_mission.scenarios.faults.drawable import Drawable
 from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.scenarios.faults.fault import Fault, FaultInstance

@@ -16,12 +16,12 @@ from action_msgs.srv import CancelGoal
 from rclpy.serialization import deserialize_message, serialize_message
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.base.draws import Draws, maybe, one_of
 from bt_mission.executive.events.events import Event, GoalChanged
 from bt_mission.ros.clients import DEPTH
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.virtual_time import Answer, Delivery, Gate, Passing, Side
 from bt_mission.ros.virtual_time.discovery import wait_for_matching
+from bt_mission.scenarios.draws import Draws, maybe, one_of
 from bt_mission.scenarios.faults.corruptions import (
     READY_MADE,
     changed_by,

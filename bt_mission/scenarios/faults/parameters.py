@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Literal, TypeAlias
 
-from bt_mission.base.draws import Draws, number, one_of
+from bt_mission.scenarios.draws import Draws, number, one_of
 from bt_mission.scenarios.faults.drawable import Drawable
 
 Form = Literal["number", "integer", "flag", "text", "numbers", "anything", "python"]

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bt_mission.base.draws import Draws, maybe, number
 from bt_mission.base.units import UNITS
+from bt_mission.scenarios.draws import Draws, maybe, number
 from bt_mission.scenarios.faults.drawable import Drawable
 from bt_mission.scenarios.faults.effects import mistakes_of_test
 from bt_mission.scenarios.faults.fault import FaultInstance

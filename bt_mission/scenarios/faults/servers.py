@@ -10,12 +10,12 @@ from typing import Any
 from py_trees.common import Status
 from rclpy.node import Node
 
-from bt_mission.base.draws import Draws, one_of
 from bt_mission.base.errors import described
 from bt_mission.executive.behaviours.hooks import CallHook, Hooked
 from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import fill
 from bt_mission.ros.virtual_time import Answer, Passing, Side
+from bt_mission.scenarios.draws import Draws, one_of
 from bt_mission.scenarios.faults.drawable import Drawable
 from bt_mission.scenarios.faults.effects import late, lose, mistakes_of_test, on, passed, service
 from bt_mission.scenarios.faults.errors import ScenarioError, no_such

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission.base.draws import Draws, maybe, number, one_of
+from bt_mission.scenarios.draws import Draws, maybe, number, one_of
 
 DEEPEST = 3
 MOST_CHILDREN = 3

@@ -8,8 +8,8 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.base.draws import Draws
 from bt_mission.base.yaml.document import read_text
+from bt_mission.scenarios.draws import Draws
 from bt_mission.scenarios.faults import PlannedFault
 from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission

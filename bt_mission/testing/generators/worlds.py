@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.base.draws import Draws, maybe, number, one_of
+from bt_mission.scenarios.draws import Draws, maybe, number, one_of
 
 CELL = 0.9
 """m. Each obstacle has a cell of this size, so that obstacles do not touch."""

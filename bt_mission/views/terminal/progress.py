@@ -9,9 +9,9 @@ from typing import Self, TextIO
 from rich.live import Live
 from rich.text import Text
 
-from bt_mission.base.terminal.console import EscapingConsole
 from bt_mission.base.text import duration, escape_control
 from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.views.terminal.console import EscapingConsole
 
 FRAME_S = 0.1
 LINE_S = 10.0

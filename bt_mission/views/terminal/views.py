@@ -16,7 +16,6 @@ from rich.text import Text
 
 from bt_mission.base.clock_watch import told_by
 from bt_mission.base.stamps import NS
-from bt_mission.base.terminal.console import EscapingConsole, coloured
 from bt_mission.base.text import escape_control, lines_of, seconds
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.behaviours.leaves import LeafProgress, progress_of
@@ -26,6 +25,7 @@ from bt_mission.executive.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
 from bt_mission.sessions.session import Run, Session
 from bt_mission.sessions.view import View
+from bt_mission.views.terminal.console import EscapingConsole, coloured
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
 from bt_mission.views.terminal.marks import bar, clean, marks_for
 from bt_mission.views.terminal.output_capture import OutputCapture

@@ -10,9 +10,9 @@ from typing import ClassVar
 from textual import events
 from textual.widgets import Input
 
-from bt_mission.base.terminal.screen import EscapingApp
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.views.terminal.marks import Marks, Span
+from bt_mission.views.terminal.screen import EscapingApp
 from bt_mission.views.tui.dialogs import Help
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.layout import PANELS, REQUIREMENTS, MainScreen

@@ -15,10 +15,15 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from typing_extensions import override
 
-from bt_mission.base.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.base.html.pages import render
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.views.web.gate import HEADERS, Gate
+from bt_mission.views.web.guarded_server import (
+    Connections,
+    FrameRate,
+    GuardedServer,
+    listening_socket,
+)
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.page_requests import LONGEST
 from bt_mission.views.web.pages import OpenPages

@@ -30,10 +30,10 @@ from tests.support.project import ROOT
 if not all(find_spec(name) for name in NEEDED):
     pytest.skip("the extra 'web' is not installed", allow_module_level=True)
 
-from bt_mission.base.guarded_server import FrameRate
 from bt_mission.commands.foxglove import server as server_module
 from bt_mission.commands.foxglove.clients import Client
 from bt_mission.commands.foxglove.server import FoxgloveServer
+from bt_mission.views.web.guarded_server import FrameRate
 from tests.support.foxglove_client import FoxgloveClient
 from tests.support.processes import PATIENCE_S
 

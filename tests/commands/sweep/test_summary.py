@@ -9,11 +9,11 @@ from random import Random
 import numpy as np
 import pytest
 
-from bt_mission.base.statistics import wilson
 from bt_mission.base.verdicts import VERDICTS
 from bt_mission.commands.sweep.columns import PLAN, SweepColumns
 from bt_mission.commands.sweep.report.explanation import MOST_VALUES, results_as_dict
 from bt_mission.commands.sweep.summary import MOST_GROUPS, percent
+from bt_mission.scenarios.statistics import wilson
 from tests.commands.sweep.conftest import write_results
 from tests.commands.sweep.rows import LOST, failed, margin, row
 

@@ -17,8 +17,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.base.listeners import Stream
 from bt_mission.executive.goals.goal import Goal
+from bt_mission.executive.listeners import Stream
 from bt_mission.ros.goal_client import RosGoalClient
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import find, given, settings
 
-from bt_mission.base.draws import SeededDraws
+from bt_mission.scenarios.draws import SeededDraws
 from bt_mission.scenarios.faults import FAULTS
 from bt_mission.scenarios.faults.drawing import drawn_faults
 from bt_mission.scenarios.run import run_scenario

@@ -10,10 +10,10 @@ import pytest
 from bt_mission_interfaces.action import Turn
 from rich.console import Console
 
-from bt_mission.base.terminal.console import EscapingConsole
 from bt_mission.scenarios.fleets.loader import load_fleet
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.stage import Stage
+from bt_mission.views.terminal.console import EscapingConsole
 from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
 from tests.support.played_session import PlayedSession
 from tests.support.terminal import shown_by_terminal

@@ -10,8 +10,8 @@ from contextlib import suppress
 import pytest
 from websockets.frames import Frame, Opcode
 
-from bt_mission.base import guarded_server
-from bt_mission.base.guarded_server import MOST_CONNECTIONS, Connection, Connections
+from bt_mission.views.web import guarded_server
+from bt_mission.views.web.guarded_server import MOST_CONNECTIONS, Connection, Connections
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebServer
 from tests.support.watched import ScriptedExecutive

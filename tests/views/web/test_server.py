@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.guarded_server import listening_socket
 from bt_mission.executive.events.source import ControlRequest, Verb
 from bt_mission.views.web import pages
+from bt_mission.views.web.guarded_server import listening_socket
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebOptions, WebServer
 from tests.support.watched import ScriptedExecutive, ScriptedGraph

@@ -19,7 +19,6 @@ from starlette.websockets import WebSocket
 from typing_extensions import override
 
 from bt_mission.base import files
-from bt_mission.base.children import Child, Spare
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import kind_of_text
@@ -28,6 +27,7 @@ from bt_mission.base.text import lines_of
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.base.yaml.composer import split_lines
 from bt_mission.base.yaml.document import MAX_BYTES
+from bt_mission.cli.children import Child, Spare
 from bt_mission.commands.edit import patches
 from bt_mission.commands.edit.checks import check_text
 from bt_mission.commands.edit.completion import completion, definition, hover

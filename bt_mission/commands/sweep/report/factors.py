@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.base.statistics import wilson
 from bt_mission.commands.sweep.columns import Counts, Floats, SweepColumns
+from bt_mission.scenarios.statistics import wilson
 
 MOST_LEVELS = 16
 """Numbers that each have a level; with more, ranges are the levels."""

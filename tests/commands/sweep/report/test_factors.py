@@ -8,7 +8,6 @@ import random
 import numpy as np
 import pytest
 
-from bt_mission.base.statistics import wilson
 from bt_mission.commands.sweep.columns import SweepColumns
 from bt_mission.commands.sweep.report.charts import (
     histogram_figure,
@@ -25,6 +24,7 @@ from bt_mission.commands.sweep.report.factors import (
     pairs_of,
     round_edges,
 )
+from bt_mission.scenarios.statistics import wilson
 from tests.commands.sweep.conftest import some_rows
 from tests.commands.sweep.rows import failed, row
 

@@ -9,8 +9,8 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from bt_mission.base.terminal.streams import unescaped
 from bt_mission.base.text import escape_lines, escape_uncoloured
+from bt_mission.views.terminal.streams import unescaped
 
 
 class EscapingConsole(Console):

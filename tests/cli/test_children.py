@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 import pytest
 
-from bt_mission.base import children
-from bt_mission.base.children import Child, Spare
+from bt_mission.cli import children
+from bt_mission.cli.children import Child, Spare
 
 DEAF = """trap "" INT
 sleep 600 &

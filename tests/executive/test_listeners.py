@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_mission.base.listeners import Listeners
+from bt_mission.executive.listeners import Listeners
 
 
 def test_one_that_raises_is_called_no_more_and_keeps_nobody_from_being_called():

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.base.statistics import wilson
+from bt_mission.scenarios.statistics import wilson
 
 
 @pytest.mark.parametrize(

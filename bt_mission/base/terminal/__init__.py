@@ -1,1 +1,0 @@
-"""Outputs to a terminal: all text is escaped."""
