@@ -33,7 +33,6 @@ from bt_mission.cli.options import (
     prepare_graph,
 )
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
-from bt_mission.requirements.language.formula import root_of
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -115,7 +114,7 @@ def _summary(kind: str, model: Any) -> str:
 
 def _explain_windows(mission: Any) -> None:
     """Print which requirements decide nothing at first, since they look back further than that."""
-    from bt_mission.requirements.language.formula import full_after
+    from bt_mission.requirements.language.formula import full_after, root_of
 
     for requirement in mission.requirements:
         if full_s := full_after(root_of(requirement)):
