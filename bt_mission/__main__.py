@@ -20,7 +20,7 @@ def main() -> int:
     try:
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # since Python started
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        from bt_mission.cli.memory import spare_collections  # noqa: PLC0415 - it takes a while
+        from bt_mission.base.memory import spare_collections  # noqa: PLC0415 - it takes a while
         from bt_mission.views.terminal.streams import (  # noqa: PLC0415
             keep_output_for_python,
             open_standard_streams,

@@ -35,7 +35,7 @@ def carry_out(options: argparse.Namespace, plan: RunPlan) -> int:
     A run that succeeds fails if a file that was asked for is incomplete.
     """
     from bt_mission.base.interrupts import TWO_WISHES, InterruptSignals
-    from bt_mission.cli.memory import settle_memory
+    from bt_mission.base.memory import settle_memory
     from bt_mission.cli.screen import is_drawable
     from bt_mission.sessions.drive import driving, finish
 

@@ -68,7 +68,7 @@ def _replay_recording(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace, film: Timeline) -> int:
-    from bt_mission.cli.memory import settle_memory
+    from bt_mission.base.memory import settle_memory
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.replay_app import ReplayApp

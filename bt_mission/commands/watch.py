@@ -65,7 +65,7 @@ def watch(options: argparse.Namespace) -> int:
 
 
 def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
-    from bt_mission.cli.memory import settle_memory
+    from bt_mission.base.memory import settle_memory
     from bt_mission.executive.events.source import nobody, wanted_name
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.app import WatchApp

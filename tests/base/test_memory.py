@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bt_mission.cli.memory import WHILE_LOADING, settle_memory, spare_collections
+from bt_mission.base.memory import WHILE_LOADING, settle_memory, spare_collections
 
 
 @pytest.fixture(autouse=True)
