@@ -36,9 +36,7 @@ def _checked(noun: str, check: str, schema: str) -> FileFormat:
 
 
 FORMATS = {
-    "mission": FileFormat(
-        "a mission", schema="bt_mission.requirements.mission_file:mission_schema"
-    ),
+    "mission": FileFormat("a mission", schema="bt_mission.requirements.schema:mission_schema"),
     "scenario": FileFormat("a scenario", schema="bt_mission.scenarios.schema:scenario_schema"),
     "fleet": FileFormat("a fleet", schema="bt_mission.scenarios.fleets.file:fleet_schema"),
     "world": _checked("a world", f"{_CHECKS}:check_world", f"{_CHECKS}:world_schema"),

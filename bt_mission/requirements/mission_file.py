@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
-
-from bt_mission.language import schema
 from bt_mission.language.loader import MissionLoader
 from bt_mission.language.mission import Requirement
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.requirements.checks import requirement_diagnostics
-from bt_mission.requirements.language.written import (
-    Requirements,
-    RequirementsFile,
-    requirements_of,
-)
+from bt_mission.requirements.language.written import RequirementsFile, requirements_of
 
 KEY = "requirements"
 
@@ -29,6 +22,3 @@ def read_requirements(reader: NodeReader) -> tuple[Requirement, ...]:
 
 read_mission = MissionLoader(read_requirements, requirement_diagnostics).read
 """`MissionLoader.read`, with requirements."""
-
-mission_schema = partial(schema.mission_schema, {KEY: Requirements})
-"""`schema.mission_schema`, with requirements."""

@@ -14,7 +14,7 @@ from PIL import ImageDraw
 from bt_mission.base.diagnostics import InputError
 from bt_mission.cli.main import main
 from bt_mission.language.nodes.registry import KINDS
-from bt_mission.requirements.mission_file import mission_schema
+from bt_mission.requirements.schema import mission_schema
 from bt_mission.sessions.check import examine
 from bt_mission.views.drawing.dot import dot
 from bt_mission.views.drawing.nodes import drawn, heading, outline

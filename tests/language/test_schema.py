@@ -12,7 +12,7 @@ import pytest
 
 from bt_mission.base.yaml.document import read, read_text
 from bt_mission.language.nodes.registry import KINDS
-from bt_mission.requirements.mission_file import mission_schema
+from bt_mission.requirements.schema import mission_schema
 from tests.support.project import LANGUAGE_PAGES, MISSIONS
 
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", LANGUAGE_PAGES, re.DOTALL)

@@ -15,7 +15,7 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.agents.site import Site
 from bt_mission.commands.edit.vocabulary import kinds
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.requirements.mission_file import mission_schema
+from bt_mission.requirements.schema import mission_schema
 from bt_mission.robots.model import RobotModel
 
 EXAMPLES = ("square", "explore", "patrol")

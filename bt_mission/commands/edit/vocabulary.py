@@ -22,7 +22,7 @@ from bt_mission.language.interface_units import PARTS, SI, interface_of, unit_of
 from bt_mission.language.message_types import MessageShape, Scalar, UnknownType
 from bt_mission.language.nodes.base import Family, NodeModel
 from bt_mission.language.nodes.registry import KINDS
-from bt_mission.requirements.mission_file import mission_schema
+from bt_mission.requirements.schema import mission_schema
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.sessions.file_checks import DEFAULT_ROBOT
 from bt_mission.sessions.load import installed_shapes

@@ -118,7 +118,7 @@ def _is_project(folder: Path) -> bool:
 
 def project_files(name: str) -> Mapping[str, str]:
     """Return the files of a new project: their paths in its folder, and their texts."""
-    from bt_mission.requirements.mission_file import mission_schema
+    from bt_mission.requirements.schema import mission_schema
     from bt_mission.scenarios.schema import scenario_schema
 
     templates = package_files("bt_mission.commands.new") / "project"
