@@ -22,11 +22,11 @@ from measuring import arguments, figure, figures, process_usage, table
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.commands.sweep.plan import SweepPlan
 from bt_mission.commands.sweep.store import ResultStore
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.pool import PoolOptions, ScenarioPool
 from bt_mission.scenarios.concrete.row import ScenarioRow
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 
 SHORT = "mission: turn\nworld: empty_arena\ntree: {turn: {angle: 'uniform(20, 60)'}}\n"

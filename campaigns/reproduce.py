@@ -50,10 +50,10 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import find
 from bt_mission.base.yaml.document import read_text
 from bt_mission.base.yaml.dump import to_yaml
+from bt_mission.cli.recorded_scenario import record_scenario
 from bt_mission.commands.reproduce.session import ReproduceOptions, reproduce
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile
-from bt_mission.scenarios.concrete.work import record_scenario
 from bt_mission.scenarios.draws import SeededDraws, maybe, number, one_of
 from bt_mission.scenarios.faults.drawable import Drawable
 from bt_mission.scenarios.faults.drawing import can_be_drawn, drawn_fault
@@ -217,7 +217,8 @@ def make(n: int, folder: Path, options: Namespace) -> None:
     scenario.write_text(to_yaml(data), encoding="utf-8")
     whole, stripped = folder / f"{n}.whole.mcap", folder / f"{n}.mcap"
     try:
-        report = record_scenario(load_scenario(read_text(to_yaml(data), str(scenario))), whole)
+        loaded = load_scenario(read_text(to_yaml(data), str(scenario)))
+        report = record_scenario(loaded, whole).report
     except BtMissionError as error:
         print(f"{n}: {error}", file=sys.stderr)
         return

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from benchmarks.measuring import arguments, figure
 from bt_mission.commands.sweep.plan import SweepPlan
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 from tests.support.killed_sweep import KilledSweep
 

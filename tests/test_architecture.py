@@ -316,7 +316,7 @@ WRITERS = {
     "bt_mission/base/output.py": "the one place",
     "bt_mission/commands/new/command.py": "a folder that gets its name when it is whole",
     "bt_mission/commands/sweep/store.py": "a lock",
-    "bt_mission/scenarios/concrete/work.py": "the null device",
+    "bt_mission/scenarios/concrete/worker.py": "the null device",
     "bt_mission/testing/failure_recording.py": "a folder that is made for each test",
     "bt_mission/testing/live_graph.py": "logs and locks below a temporary folder",
     "bt_mission/testing/results.py": "a folder that is made for each test",

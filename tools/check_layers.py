@@ -49,21 +49,6 @@ def _needs() -> dict[str, set[str]]:
 
 NEEDS = _needs()
 
-STANDING: Mapping[str, tuple[str, ...]] = {
-    "bt_mission.scenarios.concrete.space": (
-        "bt_mission.commands.falsify.material",
-        "bt_mission.commands.falsify.starts",
-    ),
-    "bt_mission.scenarios.concrete.work": ("bt_mission.views.web.report.page",),
-    "bt_mission.scenarios.concrete.workers": (
-        "bt_mission.cli.argument_types",
-        "bt_mission.cli.checked",
-        "bt_mission.cli.options",
-        "bt_mission.cli.parser",
-    ),
-}
-"""Upward imports that are to go: what of a package or module imports what."""
-
 PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "action_servers": (
         ("core",),
@@ -238,8 +223,6 @@ def fault_of(edge: Import) -> str | None:
         return None
     if importer.partition(".")[0] != imported.partition(".")[0]:
         return _between_tops(importer, imported)
-    if imported in STANDING.get(importer, ()):
-        return None
     if is_in(importer, COMMANDS) and is_in(imported, COMMANDS):
         return _between_commands(importer, imported)
     if is_in(importer, "bt_mission") and _package(importer) != _package(imported):

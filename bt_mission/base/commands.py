@@ -315,7 +315,6 @@ ROWS = (
         f"{FOLDER}.falsify.command",
         ("break-your-mission", "search", "ranges"),
         extra="sweep",
-        needs=("sweep",),
         ways={"ranges": "`bt-mission falsify MISSION --within {}`"},
     ),
     CommandRow(

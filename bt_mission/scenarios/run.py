@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeAlias
 
 from bt_mission.base.clock_watch import UNATTENDED_S
 from bt_mission.base.stamps import NS
+from bt_mission.executive.report import Report
 from bt_mission.executive.status import MissionStatus
 from bt_mission.scenarios.coverage.record import CoverageRecord
 from bt_mission.scenarios.faults.located import planned_on
@@ -19,6 +21,13 @@ from bt_mission.scenarios.servers import ScriptedNode
 from bt_mission.sessions.session import StepCallback
 from bt_mission.sessions.stage import Stage
 
+Keep: TypeAlias = Callable[[Stage], AbstractContextManager[Callable[[Report], object]]]
+"""Watches a stage from before its first step; gives what is called with the report of the run."""
+
+
+def _keep_nothing(_stage: Stage) -> AbstractContextManager[Callable[[Report], object]]:
+    return nullcontext(lambda _: None)
+
 
 def run_scenario(
     scenario: str | Path | Scenario,
@@ -26,6 +35,7 @@ def run_scenario(
     seed: int | None = None,
     with_coverage: bool = False,
     before_step: Callable[[], None] = lambda: None,
+    keep: Keep = _keep_nothing,
 ) -> ScenarioResult:
     """Run a scenario in a new simulation; return its result.
 
@@ -36,6 +46,7 @@ def run_scenario(
         seed: Of everything random, instead of the scenario's.
         with_coverage: Record what the run reaches of its mission, too.
         before_step: Called before each step; what it raises ends the run.
+        keep: Watches the run, such as a recorder.
 
     Raises:
         InputError: With every error of the file, and of names that its faults find nothing of.
@@ -45,16 +56,20 @@ def run_scenario(
         scenario = load_scenario(scenario, ScenarioChanges(seed=seed))
     elif seed is not None:
         scenario = replace(scenario, mission=replace(scenario.mission, seed=seed))
-    with on_stage(scenario) as stage, planned_on(stage, scenario.faults) as with_outcomes:
+    with ExitStack() as stack:
+        stage = stack.enter_context(on_stage(scenario))
+        with_outcomes = stack.enter_context(planned_on(stage, scenario.faults))
         record = None
         if with_coverage:
             record = CoverageRecord.attach(scenario.mission, stage.executive)
         attend(stage, scenario)
+        take_report = stack.enter_context(keep(stage))
         while not stage.is_done:
             before_step()
             stage.step()
-        result = scenario.judge(with_outcomes(stage.report()))
-    return replace(result, coverage=record)
+        report = with_outcomes(stage.report())
+        take_report(report)
+    return replace(scenario.judge(report), coverage=record)
 
 
 def look_for_names(scenario: Scenario) -> None:

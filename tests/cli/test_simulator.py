@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bt_mission.robots.model import load_robot
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from sim.ir_sim import IrSim
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation

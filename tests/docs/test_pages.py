@@ -16,13 +16,13 @@ from bt_mission.cli import main
 from bt_mission.cli.argument_types import FileType
 from bt_mission.cli.main import make_parser
 from bt_mission.commands.falsify.guide import AIMS
+from bt_mission.commands.falsify.strategies import STRATEGIES
 from bt_mission.requirements.checks import with_requirements
 from bt_mission.requirements.language.formula import Formula, vacuous_verdict
 from bt_mission.requirements.language.parser import JOINING
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.robots.model import load_robot
 from bt_mission.scenarios.concrete.ranges import FaultRanges, ObstacleRanges, Ranges, RangesFile
-from bt_mission.scenarios.concrete.strategies import STRATEGIES
 from bt_mission.scenarios.faults import parse_fault
 from bt_mission.sessions.load import load
 from sim.physics.spawn import RobotSpawn

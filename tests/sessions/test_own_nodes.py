@@ -20,8 +20,8 @@ from bt_mission.cli import main
 from bt_mission.executive.report import Report
 from bt_mission.language.plugins import find_factory
 from bt_mission.recording.writer import RunRecorder
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.fleets.loader import load_fleet
 from bt_mission.scenarios.fleets.run import run_fleet
 from bt_mission.scenarios.loader import load_scenario

@@ -17,11 +17,12 @@ from rclpy import utilities
 from bt_mission.base import clock_watch, interrupts
 from bt_mission.base.clock_watch import ClockWatch, LeftError, callback_in, refuse_leaving, told_by
 from bt_mission.base.diagnostics import InputError
+from bt_mission.cli.recorded_scenario import recording_and_report
 from bt_mission.executive.report import Report
 from bt_mission.scenarios import run as scenario_run
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
 from bt_mission.scenarios.concrete.row import ScenarioRow
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
@@ -220,7 +221,7 @@ def test_a_recording_of_code_that_does_not_return_ends(
     monkeypatch.setattr(scenario_run, "UNATTENDED_S", 0.3)
     base = load_base(written(tmp_path, "execute", "for _ in iter(int, 1): pass"), BaseChanges())
     with ScenarioWorker(base.bundle) as worker:
-        recording, page = worker.record(base.concrete({}))
+        recording, page = worker.run_again(base.concrete({}), recording_and_report)
     held = "Server.execute (server.py:22) did not return within 0.3 s of wall time"
     assert held in page.decode()
     assert recording.startswith(b"\x89MCAP")

@@ -33,7 +33,7 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option, each
-from bt_mission.scenarios.concrete.workers import (
+from bt_mission.cli.workers import (
     WORKER_OPTIONS,
     base_changes,
     is_alone,
@@ -51,10 +51,10 @@ if TYPE_CHECKING:
         SearchOptions,
         SearchSession,
     )
-    from bt_mission.scenarios.concrete.base import BaseScenario
+    from bt_mission.scenarios.concrete.base_scenario import BaseScenario
     from bt_mission.scenarios.concrete.ranges import RangesFile
     from bt_mission.scenarios.concrete.row import ScenarioRow
-    from bt_mission.scenarios.concrete.work import ScenarioRunner
+    from bt_mission.scenarios.concrete.worker import ScenarioRunner
     from bt_mission.views.terminal.progress import Progress
 
 STRATEGIES = ("optuna", "random")
@@ -100,7 +100,7 @@ def falsify(options: argparse.Namespace) -> int:
     from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.commands.falsify.session import load_search
     from bt_mission.requirements.checks import with_requirements
-    from bt_mission.scenarios.concrete.base import load_base
+    from bt_mission.scenarios.concrete.base_scenario import load_base
     from bt_mission.scenarios.concrete.ranges import read_ranges
 
     ranges = read_ranges(options.within)
@@ -136,7 +136,7 @@ def _searched(
 
     from bt_mission.commands.falsify.reference import Reference
     from bt_mission.commands.falsify.session import SearchSession
-    from bt_mission.scenarios.concrete.work import ScenarioWorker
+    from bt_mission.scenarios.concrete.worker import ScenarioWorker
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.runner import silence_logs
 
@@ -247,7 +247,7 @@ async def _carry_out(
     if is_alone(options):
         from functools import partial
 
-        from bt_mission.scenarios.concrete.work import ScenarioWorker
+        from bt_mission.scenarios.concrete.worker import ScenarioWorker
         from bt_mission.scenarios.run import run_scenario
         from bt_mission.scenarios.runner import silence_logs
 

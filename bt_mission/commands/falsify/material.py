@@ -30,9 +30,9 @@ from bt_mission.requirements.checks import MissionNames
 from bt_mission.requirements.language.formula import Condition, Formula, root_of, signals_in, walk
 from bt_mission.requirements.language.syntax import SignalValue
 from bt_mission.ros.interface_types import action_type, message_type
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
-from bt_mission.scenarios.concrete.work import ScenarioRunner
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
+from bt_mission.scenarios.concrete.worker import ScenarioRunner
 from bt_mission.scenarios.faults.corruptions import setting
 from bt_mission.scenarios.faults.drawable import TOPICS, FieldValues
 from bt_mission.scenarios.faults.errors import ScenarioError

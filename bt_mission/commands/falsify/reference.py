@@ -9,11 +9,11 @@ from typing import Any
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import find
+from bt_mission.commands.falsify.candidate import Candidate, given_world
 from bt_mission.commands.falsify.guide import BRANCH, Guide
-from bt_mission.scenarios.concrete.base import BaseScenario, load_base
-from bt_mission.scenarios.concrete.candidate import Candidate, given_world
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario, load_base
 from bt_mission.scenarios.concrete.ranges import RangesFile
-from bt_mission.scenarios.concrete.work import ScenarioRunner, ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioRunner, ScenarioWorker
 
 OF_THE_MISSION = ("scenario", "description", "mission", "inputs", "world", "robot", "requirements")
 """Keys of a scenario that are not taken over as they are."""

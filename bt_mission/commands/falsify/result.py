@@ -15,12 +15,12 @@ from bt_mission.base.files import Kind, find, folders
 from bt_mission.base.output import make_folder_of, write_file
 from bt_mission.base.text import seconds
 from bt_mission.base.yaml.dump import to_yaml
+from bt_mission.cli.recorded_scenario import record_scenario
+from bt_mission.commands.falsify.candidate import Candidate, given_world
 from bt_mission.commands.falsify.guide import Failure, is_hidden
 from bt_mission.commands.falsify.search import Counterexample
 from bt_mission.executive.report import Report
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.candidate import Candidate, given_world
-from bt_mission.scenarios.concrete.work import record_scenario
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.scenarios.faults.world import OBSTACLES
 from bt_mission.scenarios.loader import load_scenario
@@ -79,7 +79,7 @@ def _write_found(
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
     text = to_yaml(scenario_data(base, counterexample, folder))
     write_file(scenario, text)
-    report = record_scenario(load_scenario(scenario), recording) if runs_again else None
+    report = record_scenario(load_scenario(scenario), recording).report if runs_again else None
     summary = sentence(counterexample.failure, report, counterexample.candidate)
     full = textwrap.fill(f"{summary[0].upper()}{summary[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"

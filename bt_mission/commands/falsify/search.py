@@ -6,13 +6,13 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from contextlib import aclosing
 from dataclasses import dataclass, field, replace
 
+from bt_mission.commands.falsify.candidate import Candidate
 from bt_mission.commands.falsify.guide import BEST, Failure, Guide, is_hidden
 from bt_mission.commands.falsify.reference import Reference
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.candidate import Candidate
+from bt_mission.commands.falsify.strategies import BATCH, Strategy
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.concrete.row import ScenarioRow
-from bt_mission.scenarios.concrete.strategies import BATCH, Strategy
-from bt_mission.scenarios.concrete.work import ScenarioRunner
+from bt_mission.scenarios.concrete.worker import ScenarioRunner
 
 
 @dataclass(frozen=True)

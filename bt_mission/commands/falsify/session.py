@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.base.errors import BtMissionError
+from bt_mission.commands.falsify.candidate import Candidate
 from bt_mission.commands.falsify.guide import (
     ASSUMED,
     BRANCH,
@@ -26,13 +27,12 @@ from bt_mission.commands.falsify.material import branch_formulas, material_of, p
 from bt_mission.commands.falsify.reference import Reference
 from bt_mission.commands.falsify.search import RunCounts, Search, SearchState, Watch, explore
 from bt_mission.commands.falsify.simplify import MOST_RUNS, simplify
-from bt_mission.scenarios.concrete.base import BaseChanges, BaseScenario, load_base
-from bt_mission.scenarios.concrete.candidate import Candidate
+from bt_mission.commands.falsify.space import SearchSpace
+from bt_mission.commands.falsify.strategies import STRATEGIES, Strategy
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
 from bt_mission.scenarios.concrete.ranges import Ranges, RangesFile, Span
 from bt_mission.scenarios.concrete.row import ScenarioRow
-from bt_mission.scenarios.concrete.space import SearchSpace
-from bt_mission.scenarios.concrete.strategies import STRATEGIES, Strategy
-from bt_mission.scenarios.concrete.work import ScenarioRunner, ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioRunner, ScenarioWorker
 from bt_mission.scenarios.coverage.record import CoverageRecord
 
 LONGER = 3.0

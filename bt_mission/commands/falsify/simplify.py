@@ -8,10 +8,10 @@ from contextlib import aclosing
 from dataclasses import replace
 from typing import Any
 
+from bt_mission.commands.falsify.candidate import Candidate
 from bt_mission.commands.falsify.search import Search, run_all
+from bt_mission.commands.falsify.space import SearchSpace
 from bt_mission.requirements.language.formula import CONTROL_STEP_S
-from bt_mission.scenarios.concrete.candidate import Candidate
-from bt_mission.scenarios.concrete.space import SearchSpace
 from bt_mission.scenarios.faults.planned import AtTime, Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.scenarios.faults.world import OF_A_BOX
 

@@ -10,9 +10,9 @@ from scipy import ndimage
 
 from bt_mission.base.files import find
 from bt_mission.base.yaml.document import read
+from bt_mission.commands.falsify.candidate import given_world
 from bt_mission.robots.model import load_robot
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.candidate import given_world
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.concrete.ranges import Span
 from sim.world.loader import load_world, world_in
 from sim.world.occupancy import FREE, OccupancyMap, rasterise

@@ -165,14 +165,14 @@ def _reported(scenario: Path) -> ScenarioResult:
     """Run a scenario, and write the report of the run beside it."""
     from tempfile import TemporaryDirectory
 
-    from bt_mission.scenarios.concrete.work import record_scenario
+    from bt_mission.cli.recorded_scenario import record_scenario
     from bt_mission.scenarios.loader import load_scenario
     from bt_mission.views.web.report.page import write_report
 
     loaded = load_scenario(scenario)
     with TemporaryDirectory() as name:
         recording = Path(name) / "run.mcap"
-        result = loaded.judge(record_scenario(loaded, recording))
+        result = record_scenario(loaded, recording)
         write_report(recording, _report_of(scenario))
     return result
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from bt_mission.commands.falsify.candidate import Candidate
+from bt_mission.commands.falsify.space import PartDraws
 from bt_mission.commands.reproduce.diagnosed import DiagnosedFault
-from bt_mission.scenarios.concrete.candidate import Candidate
-from bt_mission.scenarios.concrete.space import PartDraws
 from bt_mission.scenarios.faults.planned import AtTime, PlannedFault
 
 SHIFTS_S = (0.0, -0.1, -0.05, 0.05, 0.1)

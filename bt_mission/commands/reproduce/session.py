@@ -17,6 +17,8 @@ from bt_mission.base.output import make_folder, write_file
 from bt_mission.base.text import counted
 from bt_mission.base.yaml.document import read
 from bt_mission.base.yaml.dump import to_yaml
+from bt_mission.cli.recorded_scenario import record_scenario
+from bt_mission.commands.falsify.strategies import STRATEGIES, Strategy
 from bt_mission.commands.reproduce.case import MISSION, WORLD, Case, write_mission_files
 from bt_mission.commands.reproduce.comparison import (
     Comparison,
@@ -49,9 +51,7 @@ from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.verification import RecordedRequirements
 from bt_mission.requirements.checks import KnownNames, read_requirements
 from bt_mission.robots.model import RobotModel, load_robot
-from bt_mission.scenarios.concrete.base import requirements_in_files
-from bt_mission.scenarios.concrete.strategies import STRATEGIES, Strategy
-from bt_mission.scenarios.concrete.work import record_scenario
+from bt_mission.scenarios.concrete.base_scenario import requirements_in_files
 from bt_mission.scenarios.faults.planned import PlannedFault
 from sim.world.loader import load_world
 
@@ -370,7 +370,7 @@ class _Reproducer:
         self._runs += 1
         path = self._place / f"run{self._runs}.mcap"
         try:
-            report = record_scenario(case.scenario(faults), path)
+            report = record_scenario(case.scenario(faults), path).report
         except BtMissionError as error:
             self._first_error = self._first_error or error
             self._say(f"run {self._runs}: {error}")

@@ -41,14 +41,14 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.outputs import files_of, refuse_overwritten
 from bt_mission.cli.parser import Command, Option, each
-from bt_mission.commands.sweep.report_command import tell_results, write_page
-from bt_mission.scenarios.concrete.workers import (
+from bt_mission.cli.workers import (
     WORKER_OPTIONS,
     base_changes,
     pool_for,
     require_dask,
     run_interruptible,
 )
+from bt_mission.commands.sweep.report_command import tell_results, write_page
 
 if TYPE_CHECKING:
     from bt_mission.commands.sweep.plan import SweepPlan
@@ -125,7 +125,7 @@ def plan_of(options: argparse.Namespace) -> SweepPlan:
         InputError: With what is wrong.
     """
     from bt_mission.commands.sweep.plan import SweepPlan
-    from bt_mission.scenarios.concrete.base import load_base
+    from bt_mission.scenarios.concrete.base_scenario import load_base
     from bt_mission.scenarios.concrete.ranges import (
         parse_parameter,
         read_ranges,

@@ -11,8 +11,8 @@ from typing import Any
 from bt_mission.base.diagnostics import InputError
 from bt_mission.commands.sweep.store import SweepAbout
 from bt_mission.language.expressions.values import Plain
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.ranges import Choices, Interval, Parameter
 
 NO_PLAN = ""

@@ -17,7 +17,7 @@ from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.commands.sweep.plan import SweepPlan
 from bt_mission.commands.sweep.store import ResultStore
 from bt_mission.scenarios.concrete.bundle import Bundle
-from bt_mission.scenarios.concrete.concrete import concrete
+from bt_mission.scenarios.concrete.concrete_scenario import concrete
 from bt_mission.scenarios.concrete.row import ScenarioRow
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageRecord

@@ -7,14 +7,15 @@ from pathlib import Path
 
 from bt_mission.base.diagnostics import Diagnostic, InputError
 from bt_mission.base.output import cannot_write, within, write_file
+from bt_mission.cli.recorded_scenario import recording_and_report
 from bt_mission.commands.sweep.columns import WORST, SweepColumns
 from bt_mission.commands.sweep.plan import SweepPlan
 from bt_mission.commands.sweep.store import RECORDINGS, VERSIONS, ResultStore
 from bt_mission.scenarios.concrete.bundle import fingerprint, versions_in_words
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.pool import ScenarioPool
 from bt_mission.scenarios.concrete.row import ScenarioRow
-from bt_mission.scenarios.concrete.work import ScenarioRunner, ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioRunner, ScenarioWorker
 from bt_mission.scenarios.run import look_for_names
 
 
@@ -103,7 +104,7 @@ async def record(
     Raises:
         BtMissionError: Where they cannot be written.
     """
-    async for scenario, recording, page in pool.recordings(scenarios):
+    async for scenario, (recording, page) in pool.runs_again(scenarios, recording_and_report):
         path = _recording(store, scenario)
         try:
             path.parent.mkdir(exist_ok=True)

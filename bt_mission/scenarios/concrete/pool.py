@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import count
 from types import TracebackType
-from typing import Any, Self, TypeAlias
+from typing import Any, Self, TypeAlias, TypeVar
 
 import dask
 import distributed
@@ -46,8 +46,10 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.python_process import safe_processes
 from bt_mission.base.versions import versions
 from bt_mission.scenarios.concrete.bundle import Bundle, fingerprint, versions_in_words
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.row import ScenarioRow, row_of_error
+
+T = TypeVar("T")
 
 SOURCES = "sources"
 """The key of the fingerprint among the versions of a worker."""
@@ -132,7 +134,7 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
         if self.is_local:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         # Loads rclpy and MuJoCo.
-        from bt_mission.scenarios.concrete.work import ScenarioWorker  # noqa: PLC0415 - not in the client
+        from bt_mission.scenarios.concrete.worker import ScenarioWorker  # noqa: PLC0415 - not in the client
 
         self.scenarios = ScenarioWorker(self.bundle, _scenario_process().run)
 
@@ -180,10 +182,10 @@ def carry_out(scenario: ConcreteScenario, plugin: str, wanted: dict[str, str]) -
     return row
 
 
-def record(scenario: ConcreteScenario, plugin: str) -> tuple[bytes, bytes]:
-    """Run a scenario again on this worker. Return recording and report."""
-    recording: tuple[bytes, bytes] = get_worker().plugins[plugin].scenarios.record(scenario)
-    return recording
+def run_again(scenario: ConcreteScenario, plugin: str, run: Callable[[Any], T]) -> T:
+    """Run a scenario in another way on this worker."""
+    result: T = get_worker().plugins[plugin].scenarios.run_again(scenario, run)
+    return result
 
 
 def about_worker() -> dict[str, str]:
@@ -483,19 +485,24 @@ class ScenarioPool:
                 reason = f"it killed its worker {kills} times while it ran alone"
                 yield row_of_error(scenario, reason, attempts=2 * kills)
 
-    async def recordings(
-        self, scenarios: Iterable[ConcreteScenario]
-    ) -> AsyncIterator[tuple[ConcreteScenario, bytes, bytes]]:
-        """Run scenarios again, and yield the recording of each with its report.
+    async def runs_again(
+        self, scenarios: Iterable[ConcreteScenario], run: Callable[[Any], T]
+    ) -> AsyncIterator[tuple[ConcreteScenario, T]]:
+        """Run scenarios in another way, and yield each with what that gives.
 
-        Those that cannot be recorded are skipped.
+        Those that cannot run are skipped.
+
+        Args:
+            run: A function of a module, which takes a `Scenario`.
         """
-        under_way = {self._submit(record, scenario, self._name): scenario for scenario in scenarios}
+        under_way = {
+            self._submit(run_again, scenario, self._name, run): scenario for scenario in scenarios
+        }
         ended = self._ended(list(under_way))
         for _ in range(len(under_way)):
             future, result = await self._next(ended)
             if future.status == "finished":
-                yield under_way[future], *result
+                yield under_way[future], result
             future.release()
 
     # ---- scenarios -----------------------------------------------------------------------

@@ -23,7 +23,7 @@ from bt_mission.base.nature import BY_NAME
 from bt_mission.base.text import cut
 from bt_mission.base.verdicts import FAILING, VACUOUS, Verdict
 from bt_mission.scenarios.cause import Cause, CauseKind, kind_of, masked
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.scenario import ScenarioResult
 
 RowOutcome = Literal["success", "failure", "interrupted", "error"]

@@ -10,8 +10,8 @@ import pytest
 from bt_mission.base.verdicts import Verdict
 from bt_mission.commands.falsify.guide import Guide
 from bt_mission.commands.falsify.search import Search, SearchState
-from bt_mission.scenarios.concrete.base import BaseChanges, BaseScenario, load_base
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.row import RequirementMargin, ScenarioRow
 
 MISSION = """\

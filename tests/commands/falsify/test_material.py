@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from bt_mission.commands.falsify.material import Material, branch_formulas, material_of, present_in
-from bt_mission.scenarios.concrete.base import BaseChanges, BaseScenario, load_base
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.faults.drawable import FieldValues
 
 MISSION = """\

@@ -25,12 +25,12 @@ from bt_mission.commands.falsify.session import (
     aim_of,
     load_search,
 )
-from bt_mission.scenarios.concrete.base import BaseChanges, BaseScenario
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.commands.falsify.space import SearchSpace
+from bt_mission.commands.falsify.strategies import STRATEGIES
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.ranges import RangesFile
 from bt_mission.scenarios.concrete.row import ScenarioRow, row_of_error
-from bt_mission.scenarios.concrete.space import SearchSpace
-from bt_mission.scenarios.concrete.strategies import STRATEGIES
 from bt_mission.scenarios.coverage.record import CoverageRecord
 from tests.commands.falsify.conftest import MISSION, Judge, MadeUpRunner, row
 

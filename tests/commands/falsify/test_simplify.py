@@ -8,13 +8,13 @@ from collections.abc import Callable
 import pytest
 
 from bt_mission.base.yaml.document import read_text
+from bt_mission.commands.falsify.candidate import Candidate
 from bt_mission.commands.falsify.guide import Failure
 from bt_mission.commands.falsify.search import Counterexample, Search
 from bt_mission.commands.falsify.simplify import rounder_numbers, simplify
-from bt_mission.scenarios.concrete.candidate import Candidate
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.commands.falsify.space import SearchSpace
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.ranges import RangesFile
-from bt_mission.scenarios.concrete.space import SearchSpace
 from bt_mission.scenarios.faults.text import parse_fault
 from tests.commands.falsify.conftest import Judge, row
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from bt_mission.base.yaml.document import read_text
+from bt_mission.commands.falsify.candidate import Candidate
+from bt_mission.commands.falsify.space import SearchSpace
 from bt_mission.commands.falsify.starts import FreeSpace
-from bt_mission.scenarios.concrete.base import BaseChanges, BaseScenario, load_base
-from bt_mission.scenarios.concrete.candidate import Candidate
+from bt_mission.commands.falsify.strategies import RandomStrategy
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
 from bt_mission.scenarios.concrete.ranges import RangesFile
-from bt_mission.scenarios.concrete.space import SearchSpace
-from bt_mission.scenarios.concrete.strategies import RandomStrategy
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.faults.planned import AtTime, WhenTrue
 from bt_mission.scenarios.faults.robot import ON_BODIES
 from bt_mission.scenarios.faults.text import parse_fault

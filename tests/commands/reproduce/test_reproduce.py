@@ -21,13 +21,13 @@ from bt_mission.base.files import find
 from bt_mission.base.yaml.document import read_text
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.cli.main import main
+from bt_mission.cli.recorded_scenario import record_scenario
 from bt_mission.commands.reproduce.diagnosis import diagnose
 from bt_mission.commands.reproduce.evidence import Evidence, EvidenceReader, Path2D
 from bt_mission.commands.reproduce.matching import matched
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.robots.model import load_robot
-from bt_mission.scenarios.concrete.work import record_scenario
 from bt_mission.scenarios.loader import load_scenario
 from tests.support.recordings import write_messages
 from tests.support.robot_bag import RobotBag

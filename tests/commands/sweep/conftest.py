@@ -14,7 +14,7 @@ from bt_mission.commands.sweep.store import ResultStore, SweepAbout
 from bt_mission.scenarios.concrete.bundle import Bundle
 from bt_mission.scenarios.concrete.row import ScenarioRow
 from bt_mission.scenarios.coverage.places import CoveragePlace
-from tests.commands.sweep.rows import failed, margin, row
+from tests.support.rows import failed, margin, row
 
 BUNDLE = Bundle(
     {

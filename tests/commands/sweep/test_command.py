@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from bt_mission.commands.sweep.store import ResultStore, SweepAbout
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.testing.live_graph import command
-from tests.commands.sweep.rows import row
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
+from tests.support.rows import row
 
 TURNS = """\
 mission: turns

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.commands.sweep.plan import SweepPlan
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
 from bt_mission.scenarios.concrete.ranges import parse_parameter
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from tests.support.killed_sweep import KilledSweep
 
 MISSION = """\

@@ -11,10 +11,10 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import find
 from bt_mission.base.output import within
 from bt_mission.commands.sweep.plan import SweepPlan
-from bt_mission.scenarios.concrete.base import BaseChanges, BaseScenario, load_base
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
 from bt_mission.scenarios.concrete.bundle import Bundle
 from bt_mission.scenarios.concrete.ranges import Choices, Interval, parse_parameter
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 
 MISSION = """\
 mission: m

@@ -19,14 +19,14 @@ from bt_mission.commands.sweep.repeat import (
     resume_command,
 )
 from bt_mission.commands.sweep.store import ResultStore
-from bt_mission.scenarios.concrete.base import BaseChanges, load_base
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.ranges import parse_parameter
-from bt_mission.scenarios.concrete.work import ScenarioWorker
+from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from tests.commands.sweep.conftest import ABOUT, BUNDLE, origin, write_results
-from tests.commands.sweep.rows import row
+from tests.support.rows import row
 
 MISSION = """\
 mission: turn

@@ -15,8 +15,8 @@ import pytest
 from bt_mission.commands.sweep.report import page as page_module
 from bt_mission.commands.sweep.report.page import INSTALL
 from tests.commands.sweep.conftest import origin, some_rows, write_results
-from tests.commands.sweep.rows import failed, row
 from tests.support.command_line import CommandLine
+from tests.support.rows import failed, row
 
 RESULTS = Path("results")
 REPORT = "sweep-report results"

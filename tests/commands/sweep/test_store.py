@@ -12,7 +12,7 @@ import pytest
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.sweep.store import FILE, ResultStore, SweepAbout, write_csv
 from bt_mission.scenarios.concrete.row import RequirementMargin, ScenarioRow
-from tests.commands.sweep.rows import failed, margin, row
+from tests.support.rows import failed, margin, row
 
 ROW = ScenarioRow(
     id="a1",

@@ -15,7 +15,7 @@ from bt_mission.commands.sweep.report.explanation import MOST_VALUES, results_as
 from bt_mission.commands.sweep.summary import MOST_GROUPS, percent
 from bt_mission.scenarios.statistics import wilson
 from tests.commands.sweep.conftest import write_results
-from tests.commands.sweep.rows import LOST, failed, margin, row
+from tests.support.rows import LOST, failed, margin, row
 
 
 def test_of_nothing_there_is_no_rate():

@@ -26,7 +26,7 @@ from bt_mission.commands.sweep.report.factors import (
 )
 from bt_mission.scenarios.statistics import wilson
 from tests.commands.sweep.conftest import some_rows
-from tests.commands.sweep.rows import failed, row
+from tests.support.rows import failed, row
 
 
 def passes(*values):

@@ -9,9 +9,9 @@ import pytest
 from bt_mission.commands.sweep.report.page import write_sweep_page
 from bt_mission.commands.sweep.store import ResultStore
 from tests.commands.sweep.conftest import origin, write_results
-from tests.commands.sweep.rows import failed, margin
 from tests.support.browser import BROWSER, Page
 from tests.support.hostile import MARKUP
+from tests.support.rows import failed, margin
 from tests.support.thorough import sample
 
 pytest.importorskip("plotly")

@@ -15,8 +15,8 @@ from bt_mission.commands.sweep.report import page as page_module
 from bt_mission.commands.sweep.report.page import INSTALL, write_sweep_page
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from tests.commands.sweep.conftest import BUNDLE, origin, some_rows, write_results
-from tests.commands.sweep.rows import failed, margin, row
 from tests.support.hostile import HOSTILE, markup_leaks
+from tests.support.rows import failed, margin, row
 
 
 @pytest.fixture(autouse=True)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.faults.planned import PlannedFault
 
 

@@ -15,7 +15,7 @@ from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.parser import Option, each
 
 if TYPE_CHECKING:
-    from bt_mission.scenarios.concrete.base import BaseChanges
+    from bt_mission.scenarios.concrete.base_scenario import BaseChanges
     from bt_mission.scenarios.concrete.bundle import Bundle
     from bt_mission.scenarios.concrete.pool import ScenarioPool
 
@@ -77,7 +77,7 @@ def base_changes(options: argparse.Namespace) -> BaseChanges:
     Raises:
         InputError: With what is wrong with requirements or faults.
     """
-    from bt_mission.scenarios.concrete.base import BaseChanges, requirements_in_files
+    from bt_mission.scenarios.concrete.base_scenario import BaseChanges, requirements_in_files
     from bt_mission.scenarios.faults.located import faults_in_texts
 
     faults_in_texts(options.fault)  # what is wrong is told of the option, not of the scenario

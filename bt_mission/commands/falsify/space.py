@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+from bt_mission.commands.falsify.candidate import Candidate
 from bt_mission.commands.falsify.material import Material, material_of
 from bt_mission.commands.falsify.starts import FreeSpace
-from bt_mission.scenarios.concrete.base import BaseScenario
-from bt_mission.scenarios.concrete.candidate import Candidate
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.concrete.ranges import (
     Choices,
     Interval,

@@ -13,12 +13,12 @@ from distributed import Scheduler, Worker, get_worker
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.scenarios.concrete import pool as pool_module
-from bt_mission.scenarios.concrete import work
+from bt_mission.scenarios.concrete import worker as work
 from bt_mission.scenarios.concrete.bundle import Bundle
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.pool import PoolOptions, ScenarioPool, why_unfit
 from bt_mission.scenarios.concrete.row import ScenarioRow
-from tests.commands.sweep.rows import row
+from tests.support.rows import row
 
 OTHER = "other"
 """What workers are called that have another version."""

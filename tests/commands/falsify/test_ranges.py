@@ -9,7 +9,7 @@ import pytest
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.yaml.document import read_text
 from bt_mission.commands.falsify.session import load_search
-from bt_mission.scenarios.concrete.base import BaseChanges
+from bt_mission.scenarios.concrete.base_scenario import BaseChanges
 from bt_mission.scenarios.concrete.ranges import (
     Choices,
     Interval,

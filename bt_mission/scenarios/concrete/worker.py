@@ -7,7 +7,7 @@ import os
 import socket
 import traceback
 from collections.abc import AsyncGenerator, Callable, Iterable
-from contextlib import ExitStack, redirect_stdout
+from contextlib import redirect_stdout
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,19 +20,15 @@ from bt_mission.base.diagnostics import Diagnostic, InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.base.yaml.document import read_text
-from bt_mission.executive.report import Report
 from bt_mission.language.trees import has_python
-from bt_mission.recording.writer import RunRecorder
-from bt_mission.scenarios.concrete.base import BaseScenario
+from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.concrete.bundle import MISSION_FOLDER, Bundle, fingerprint
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.ranges import Parameter
 from bt_mission.scenarios.concrete.row import ScenarioRow, row_of, row_of_error
-from bt_mission.scenarios.faults.located import planned_on
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import attend, on_stage, run_scenario
+from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
-from bt_mission.views.web.report.page import write_report
 
 T = TypeVar("T")
 
@@ -116,22 +112,14 @@ class ScenarioWorker:
         if wrong:
             raise InputError(list(dict.fromkeys(wrong)))
 
-    def record(self, scenario: ConcreteScenario) -> tuple[bytes, bytes]:
-        """Run a concrete scenario again. Return its recording and report.
+    def run_again(self, scenario: ConcreteScenario, run: Callable[[Scenario], T]) -> T:
+        """Run a concrete scenario in another way, and return what that gives.
 
         Raises:
             BtMissionError: It cannot run.
         """
-        recording = Path(self._folder.name) / f"{scenario.id}.mcap"
-        page = recording.with_suffix(".html")
-        try:
-            loaded = self.load(scenario)
-            _apart(loaded, partial(record_scenario, loaded, recording))
-            write_report(recording, page)
-            return recording.read_bytes(), page.read_bytes()
-        finally:
-            recording.unlink(missing_ok=True)
-            page.unlink(missing_ok=True)
+        loaded = self.load(scenario)
+        return _apart(loaded, partial(run, loaded))
 
     async def rows(
         self, scenarios: Iterable[ConcreteScenario]
@@ -179,22 +167,3 @@ def _apart(scenario: Scenario, run: Callable[[], T]) -> T:
     has_code = scenario.mission.nodes or scenario.simulator or has_python(scenario.mission)
     with told_by(lambda _: None):
         return run_apart(run) if has_code and not is_main_thread() else run()
-
-
-def record_scenario(scenario: Scenario, path: Path) -> Report:
-    """Run a scenario, and record it. Return its report.
-
-    Raises:
-        BtMissionError: The recording cannot be written.
-    """
-    path.unlink(missing_ok=True)
-    with ExitStack() as stack:
-        stage = stack.enter_context(on_stage(scenario))
-        attend(stage, scenario)
-        with_outcomes = stack.enter_context(planned_on(stage, scenario.faults))
-        recorder = stack.enter_context(RunRecorder(stage, path))
-        while not stage.is_done:
-            stage.step()
-        report = with_outcomes(stage.report())
-        recorder.finish(report.as_dict())
-        return report

@@ -16,7 +16,7 @@ from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.scenarios.concrete.bundle import Bundle, bundle_of
-from bt_mission.scenarios.concrete.concrete import ConcreteScenario, concrete
+from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario, concrete
 from bt_mission.scenarios.concrete.ranges import Parameter
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.sessions.check import examine

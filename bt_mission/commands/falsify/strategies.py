@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any, Protocol
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.scenarios.concrete.candidate import Candidate
-from bt_mission.scenarios.concrete.space import PartDraws
+from bt_mission.commands.falsify.candidate import Candidate
+from bt_mission.commands.falsify.space import PartDraws
 from bt_mission.scenarios.draws import SeededDraws
 
 BATCH = 16
@@ -73,7 +73,7 @@ class OptunaStrategy:
 
     def __init__(self, space: Space, seed: int) -> None:
         try:
-            import optuna  # noqa: PLC0415 - an extra, which need not be there
+            import optuna
         except ImportError as error:
             raise BtMissionError(
                 f"the package optuna cannot be imported ({error}); pip install 'bt-mission[sweep]'",
