@@ -242,6 +242,7 @@ def test_the_tool_says_what_it_found(capsys):
             "layer 0 imports layer ",
         ),
         ("bt_mission.ros.graph", "from bt_mission.cli import run\n", "imports layer "),
+        ("bt_mission.ros.executors.live", "import bt_mission.ros.graph\n", "imports layer "),
         (
             "bt_mission.commands.fork.edit",
             "import bt_mission.commands.prove.proof\n",

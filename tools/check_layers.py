@@ -22,19 +22,19 @@ from bt_mission.base.commands import ROWS, row_of  # noqa: E402 - from the root
 
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.base",),
-    ("bt_mission.cdr", "bt_mission.robots", "bt_mission.language"),
-    ("bt_mission.requirements",),
-    ("bt_mission.executive",),
-    ("bt_mission.ros",),
-    ("bt_mission.programs",),
+    ("bt_mission.cdr", "bt_mission.robots", "bt_mission.language", "bt_mission.ros.executors"),
+    ("bt_mission.requirements", "bt_mission.executive", "bt_mission.ros.virtual_time"),
+    ("bt_mission.programs", "bt_mission.ros"),
     ("bt_mission.sessions",),
-    ("bt_mission.recording",),
-    ("bt_mission.scenarios",),
+    ("bt_mission.recording", "bt_mission.scenarios"),
     ("bt_mission.views",),
     ("bt_mission.testing", "bt_mission.cli"),
     ("bt_mission.commands",),
 )
-"""Packages of bt_mission, from the lowest layer: each imports those of lower layers."""
+"""Packages of bt_mission, from the lowest layer: each imports those of lower layers.
+
+A part of a package may have a layer of its own, below the rest of it.
+"""
 
 COMMANDS = "bt_mission.commands"
 
@@ -75,7 +75,6 @@ PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
         ("loader",),
     ),
     "bt_mission.executive": (("goals",), ("events",), ("behaviours",)),
-    "bt_mission.ros": (("executors",), ("virtual_time",)),
 }
 """Parts of one package, from the lowest; a module that is not named belongs to no layer."""
 
@@ -172,6 +171,12 @@ def _rank(name: str, layers: tuple[tuple[str, ...], ...], prefix: str = "") -> i
     return None
 
 
+def _layer_of(name: str) -> str:
+    """Return the entry of LAYERS that a module lies in, the innermost one; empty for none."""
+    entries = (entry for layer in LAYERS for entry in layer if is_in(name, entry))
+    return max(entries, key=len, default="")
+
+
 def _package(name: str, prefix: str = "bt_mission") -> str:
     return ".".join(name.split(".")[: prefix.count(".") + 2])
 
@@ -198,7 +203,7 @@ def _between_layers(importer: str, imported: str) -> str | None:
     """Return why a package of bt_mission may not import another one."""
     if imported == "bt_mission":
         return None
-    here, there = _rank(importer, LAYERS), _rank(imported, LAYERS)
+    here, there = (_rank(_layer_of(name), LAYERS) for name in (importer, imported))
     if here is None or there is None:
         return "a package without a layer; give it one in tools/check_layers.py"
     return f"layer {here} imports layer {there}" if there >= here else None
@@ -225,7 +230,7 @@ def fault_of(edge: Import) -> str | None:
         return _between_tops(importer, imported)
     if is_in(importer, COMMANDS) and is_in(imported, COMMANDS):
         return _between_commands(importer, imported)
-    if is_in(importer, "bt_mission") and _package(importer) != _package(imported):
+    if is_in(importer, "bt_mission") and _layer_of(importer) != _layer_of(imported):
         return _between_layers(importer, imported)
     return _between_parts(importer, imported)
 
@@ -267,7 +272,7 @@ def main() -> int:
     known, imports = modules(), all_imports()
     for rank, packages in enumerate(LAYERS):
         counted = (
-            f"{package_name} ({sum(is_in(name, package_name) for name in known)})"
+            f"{package_name} ({sum(_layer_of(name) == package_name for name in known)})"
             for package_name in packages
         )
         print(f"layer {rank}: {', '.join(counted)}")

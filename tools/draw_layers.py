@@ -19,16 +19,11 @@ ROW_SCALE = {"action_servers": (0.9, 1), "sim": (0.62, 0.6)}
 """Rows of a column as a share of those of bt_mission, and the lowest: all imports point down."""
 
 
-EXECUTORS = "bt_mission.ros.executors"
-"""The part of a package that servers and simulator import, too: it has a box of its own."""
-
-
 def packages() -> dict[str, tuple[str, float]]:
     """Return each package that is drawn, with its top-level folder and its row from below."""
     heights = {
         name: ("bt_mission", float(row)) for row, layer in enumerate(LAYERS) for name in layer
     }
-    heights[EXECUTORS] = ("bt_mission", 1.0)
     for top, (scale, lowest) in ROW_SCALE.items():
         for row, parts in enumerate(PARTS[top]):
             heights |= {f"{top}.{part}": (top, lowest + row * scale) for part in parts}

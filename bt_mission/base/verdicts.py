@@ -1,9 +1,12 @@
-"""The verdicts of requirements."""
+"""The verdicts of requirements, and the results that have them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol, TypeAlias, get_args
+
+from bt_mission.base.text import seconds
 
 Verdict: TypeAlias = Literal[
     "violated", "not exercised", "unknown", "open", "holds", "not applicable"
@@ -21,6 +24,64 @@ FAILING: frozenset[str] = frozenset(("violated", "not exercised"))
 
 VACUOUS: frozenset[str] = frozenset(("not exercised", "not applicable"))
 """Verdicts of a run that shows nothing of the requirement."""
+
+
+OnViolation = Literal["report", "fail", "halt", "measure"]
+"""What is done when a requirement does not hold."""
+
+
+@dataclass(frozen=True)
+class RequirementResult:
+    """The verdict of a requirement.
+
+    Attributes:
+        margin: By how much it holds; below 0 by how much it is violated. None where it has no
+            measure.
+        unit: Of the margin.
+        at: The instant that decides the margin, s since the start.
+        violated_at: When the violation was noticed, s since the start.
+        why: Why it is open or unknown, or which premise never came true.
+        sources: Signals that are measured where a simulation would know the truth, such as
+            ``speed by odometry``.
+        unmet: The message of each premise that has not come true.
+    """
+
+    name: str
+    requirement: str
+    verdict: Verdict
+    margin: float | None = None
+    unit: str = ""
+    at: float | None = None
+    violated_at: float | None = None
+    on_violation: OnViolation = "report"
+    why: str = ""
+    sources: tuple[str, ...] = ()
+    unmet: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.outcome}"
+
+    @property
+    def fails(self) -> bool:
+        """Whether a run with this result has not passed."""
+        return self.verdict in FAILING
+
+    @property
+    def shown(self) -> RequirementResult:
+        """The same without a margin where the run shows nothing of the requirement."""
+        return replace(self, margin=None, unit="", at=None) if self.verdict in VACUOUS else self
+
+    @property
+    def outcome(self) -> str:
+        """Verdict, margin, instant and reason as text."""
+        has_measure = self.margin is not None and self.verdict in ("holds", "violated")
+        measure = (
+            "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()
+        )
+        when = "" if self.at is None or self.verdict in VACUOUS else f" at {seconds(self.at)}"
+        why = f": {self.why}" if self.why else ""
+        sources = f" ({', '.join(self.sources)})" if self.sources else ""
+        return f"{self.verdict}{measure}{when}{sources}{why}"
 
 
 class Judged(Protocol):

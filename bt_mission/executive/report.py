@@ -14,11 +14,11 @@ from bt_mission.base.verdicts import conclusion
 from bt_mission.executive.events.log import verdict
 
 if TYPE_CHECKING:
+    from bt_mission.base.verdicts import RequirementResult
     from bt_mission.executive.executive import Executive
     from bt_mission.executive.leaf_statistics import LeafSummary
     from bt_mission.executive.trace import Trace
     from bt_mission.language.mission import Mission
-    from bt_mission.requirements.monitor import RequirementResult
 
 
 @dataclass(frozen=True)

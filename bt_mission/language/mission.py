@@ -11,6 +11,7 @@ from typing import Literal
 
 from bt_mission.base.diagnostics import Diagnostic
 from bt_mission.base.nature import Nature
+from bt_mission.base.verdicts import OnViolation
 from bt_mission.base.yaml.document import Document
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain, Type, type_of
@@ -83,9 +84,6 @@ def node_factories(
         NodeFactory(entry.target, document, ("nodes", n), entry.name)
         for n, entry in enumerate(written)
     )
-
-
-OnViolation = Literal["report", "fail", "halt", "measure"]
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.events.events import NodeInfo
-from bt_mission.requirements.monitor import RequirementResult
 
 Floats = npt.NDArray[np.float64]
 Times = npt.NDArray[np.int64]

@@ -17,8 +17,9 @@ from collections.abc import Callable, Mapping, Sequence
 from operator import is_
 from typing import Any, get_args
 
+from bt_mission.base.verdicts import OnViolation
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.mission import OnViolation, Requirement
+from bt_mission.language.mission import Requirement
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.requirements.compiler import Reader

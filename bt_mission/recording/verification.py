@@ -13,6 +13,7 @@ import numpy as np
 
 from bt_mission.base.stamps import NS
 from bt_mission.base.text import seconds
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.language.mission import Requirement
 from bt_mission.recording.happenings import TEXT, RecordedMessage, SignalLine, fold, happenings
@@ -25,7 +26,7 @@ from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.requirements.checks import KnownNames
 from bt_mission.requirements.language.formula import CONTROL_STEP_S, root_of, walk
 from bt_mission.requirements.language.syntax import EVERYTHING, Measure, Temporal
-from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
+from bt_mission.requirements.monitor import Monitor, Monitors
 
 PERIOD_NS = round(CONTROL_STEP_S * NS)
 """Between two instants of evaluation, if the recording lacks those of the run."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import Protocol
 
 from bt_mission.base.stamps import NS
-from bt_mission.base.text import seconds
-from bt_mission.base.verdicts import FAILING, VACUOUS, Verdict
+from bt_mission.base.verdicts import VACUOUS, RequirementResult, Verdict
 from bt_mission.language.expressions.syntax import SyntaxNode
-from bt_mission.language.mission import OnViolation, Requirement
+from bt_mission.language.mission import Requirement
 from bt_mission.requirements.compiler import Compiler, Number, Reader
 from bt_mission.requirements.language.formula import (
     Condition,
@@ -38,60 +36,6 @@ class SignalSource(Protocol):
 
     def measured_by(self, signal: SignalValue, /) -> str:
         """Return what measures a signal in place of the truth; empty for the truth."""
-
-
-@dataclass(frozen=True)
-class RequirementResult:
-    """The verdict of a requirement.
-
-    Attributes:
-        margin: By how much it holds; below 0 by how much it is violated. None where it has no
-            measure.
-        unit: Of the margin.
-        at: The instant that decides the margin, s since the start.
-        violated_at: When the violation was noticed, s since the start.
-        why: Why it is open or unknown, or which premise never came true.
-        sources: Signals that are measured where a simulation would know the truth, such as
-            ``speed by odometry``.
-        unmet: The message of each premise that has not come true.
-    """
-
-    name: str
-    requirement: str
-    verdict: Verdict
-    margin: float | None = None
-    unit: str = ""
-    at: float | None = None
-    violated_at: float | None = None
-    on_violation: OnViolation = "report"
-    why: str = ""
-    sources: tuple[str, ...] = ()
-    unmet: tuple[str, ...] = ()
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.outcome}"
-
-    @property
-    def fails(self) -> bool:
-        """Whether a run with this result has not passed."""
-        return self.verdict in FAILING
-
-    @property
-    def shown(self) -> RequirementResult:
-        """The same without a margin where the run shows nothing of the requirement."""
-        return replace(self, margin=None, unit="", at=None) if self.verdict in VACUOUS else self
-
-    @property
-    def outcome(self) -> str:
-        """Verdict, margin, instant and reason as text."""
-        has_measure = self.margin is not None and self.verdict in ("holds", "violated")
-        measure = (
-            "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()
-        )
-        when = "" if self.at is None or self.verdict in VACUOUS else f" at {seconds(self.at)}"
-        why = f": {self.why}" if self.why else ""
-        sources = f" ({', '.join(self.sources)})" if self.sources else ""
-        return f"{self.verdict}{measure}{when}{sources}{why}"
 
 
 class Monitor:

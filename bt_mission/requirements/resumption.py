@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from bt_mission.base.verdicts import VACUOUS, Verdict
+from bt_mission.base.verdicts import VACUOUS, RequirementResult, Verdict
 from bt_mission.language.expressions.syntax import Not
 from bt_mission.language.mission import Requirement
 from bt_mission.requirements.language.formula import root_of, walk
 from bt_mission.requirements.language.syntax import EVERYTHING, FUTURE, Measure, Temporal
-from bt_mission.requirements.monitor import RequirementResult
 
 BEFORE = "before the mission was resumed"
 SPANS = "it is about times across the instant at which the mission was resumed"

@@ -10,9 +10,9 @@ from bt_mission_interfaces.srv import ReviseMission
 from bt_mission.base.dds.discovery import RANGE
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.events.source import ExecutiveSource, ListedExecutive
+from bt_mission.ros.executors.participants import Discovery
 from bt_mission.ros.graph import REQUESTS, GraphConnection, type_hash_of
 from bt_mission.ros.mission_client import TOPICS, MissionClient
-from bt_mission.ros.participants import Discovery
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
 

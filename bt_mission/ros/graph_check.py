@@ -26,9 +26,9 @@ from bt_mission.language.nodes.base import (
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
 from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict
+from bt_mission.ros.executors.participants import Discovery
 from bt_mission.ros.graph import REQUESTS, WAIT_S, GraphConnection, type_hash_of
 from bt_mission.ros.interface_types import KINDS, action_type
-from bt_mission.ros.participants import Discovery
 
 LOOK_S = 4.0
 """Wall time after which a name counts as missing; Fast DDS announces a participant every 3 s."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rclpy.node import Node
 
 from bt_mission.language.mission import Mission
-from bt_mission.ros.clock_messages import ValidClock
+from bt_mission.ros.executors.clock_messages import ValidClock
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 
 from bt_mission.base.stamps import NS
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.events.events import RequirementChanged
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Requirement
 from bt_mission.requirements import resumption
-from bt_mission.requirements.monitor import Monitors, RequirementResult
+from bt_mission.requirements.monitor import Monitors
 from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.signals import LiveSignals
 

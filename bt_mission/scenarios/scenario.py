@@ -11,10 +11,10 @@ from typing import Any, Literal
 from bt_mission.base.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.base.nature import Nature
 from bt_mission.base.text import escape_control, seconds
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.base.yaml.document import Document, Key
 from bt_mission.executive.report import Report
 from bt_mission.language.mission import Mission, NodeFactory
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.scenarios.coverage.record import CoverageRecord
 from bt_mission.scenarios.faults.located import WrittenFault
 from bt_mission.scenarios.faults.parameters import MAY_NOT_HAPPEN

@@ -26,8 +26,8 @@ from bt_mission.base.ros_log import log_of
 from bt_mission.base.stamps import NS
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.permissions import Permissions
-from bt_mission.ros.clock_messages import ValidClock
 from bt_mission.ros.control_services import ControlServices
+from bt_mission.ros.executors.clock_messages import ValidClock
 from bt_mission.ros.graph import REQUESTS, NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions

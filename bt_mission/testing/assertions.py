@@ -15,13 +15,14 @@ from bt_mission.base.actions import GOALS_AT, goals_at
 from bt_mission.base.errors import described
 from bt_mission.base.stamps import NS
 from bt_mission.base.text import seconds
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.language.expressions.syntax import SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError, Plain
 from bt_mission.language.mission import Requirement
 from bt_mission.requirements.compiler import Reader
 from bt_mission.requirements.language.formula import Formula, signals_in
 from bt_mission.requirements.language.syntax import SignalValue
-from bt_mission.requirements.monitor import Monitor, RequirementResult
+from bt_mission.requirements.monitor import Monitor
 from bt_mission.ros.signals import field_of
 from bt_mission.scenarios.faults.errors import ScenarioError
 from bt_mission.sessions.stage import Stage

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from bt_mission.base.files import find
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.mission import Mission, Requirement
 from bt_mission.recording.contents import string_message
@@ -28,7 +29,6 @@ from bt_mission.recording.verification import (
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.requirements.checks import with_requirements
 from bt_mission.requirements.language.signals import OUTCOMES
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.stages import Stages

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import pytest
 
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.language.mission import Requirement
-from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
+from bt_mission.requirements.monitor import Monitor, Monitors
 from tests.support.played_signals import Played, PlayedSignals
 
 STEP_NS = 50_000_000

@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bt_mission.base.verdicts import Verdict
+from bt_mission.base.verdicts import RequirementResult, Verdict
 from bt_mission.language.mission import Requirement
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.requirements.resumption import joined
 
 

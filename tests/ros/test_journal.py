@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_runner import MissionRunner
 

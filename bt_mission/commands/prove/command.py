@@ -69,7 +69,7 @@ def prove(options: argparse.Namespace) -> int:
         proof = _confirmed(proof, mission, proof_options, options.output)
     print(json.dumps(proof.as_dict()) if options.json else proof)
     if options.tree and not options.json:
-        from bt_mission.views.terminal.outcomes import outcome_rows
+        from bt_mission.commands.prove.outcomes import outcome_rows
 
         print(*outcome_rows(proof.outcomes, sys.stdout.encoding), sep="\n")
     if proof.is_interrupted:

@@ -10,6 +10,7 @@ from py_trees.common import Status
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.stamps import NS
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.behaviours.cleanup import Finally
 from bt_mission.executive.behaviours.decorators import Subtree
 from bt_mission.executive.behaviours.runtime import Runtime
@@ -31,7 +32,6 @@ from bt_mission.executive.journal.store import (
     pack_generator,
 )
 from bt_mission.executive.status import MissionStatus
-from bt_mission.requirements.monitor import RequirementResult
 
 HEARTBEAT_NS = NS
 """The journal shows at least this often that the mission's time passes."""

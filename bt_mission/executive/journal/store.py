@@ -25,7 +25,7 @@ from py_trees.common import Status
 from pydantic import Field, TypeAdapter, ValidationError
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.base.verdicts import RequirementResult
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission

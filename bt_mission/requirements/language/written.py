@@ -17,8 +17,9 @@ from pydantic import (
 )
 
 from bt_mission.base.diagnostics import describe
+from bt_mission.base.verdicts import OnViolation
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.mission import OnViolation, Requirement
+from bt_mission.language.mission import Requirement
 from bt_mission.language.nodes.base import Written
 from bt_mission.language.nodes.fields import FixedLimit, Line, parsed, refusal
 from bt_mission.requirements.language.formula import (

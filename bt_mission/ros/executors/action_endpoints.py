@@ -15,7 +15,7 @@ from rclpy.qos import (
 from bt_mission.base.dds.endpoints import node_of
 from bt_mission.base.diagnostics import listed
 from bt_mission.base.wall_clock import Stopwatch
-from bt_mission.ros.participants import Discovery, ParticipantGraph
+from bt_mission.ros.executors.participants import Discovery, ParticipantGraph
 
 GONE_S = 3.0
 """Wall time after which a bt-mission process that was killed has left the graph."""

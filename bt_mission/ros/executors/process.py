@@ -27,7 +27,7 @@ from bt_mission.base.errors import BtMissionError, cause_of
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.parameters import ParameterSpec, specs
 from bt_mission.base.ros_log import log_of
-from bt_mission.ros.clock_messages import ValidClock
+from bt_mission.ros.executors.clock_messages import ValidClock
 from bt_mission.ros.executors.live import LiveExecutor
 from bt_mission.ros.executors.parameter_file import ParameterFile, read_parameters
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.base.yaml.document import read_text
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.commands.falsify.candidate import Candidate
@@ -16,7 +17,6 @@ from bt_mission.commands.falsify.result import scenario_data, sentence
 from bt_mission.commands.falsify.search import Counterexample
 from bt_mission.commands.falsify.session import load_search
 from bt_mission.executive.report import FailurePath, Report
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario
 from bt_mission.scenarios.concrete.ranges import RangesFile
 from bt_mission.scenarios.faults.text import parse_fault

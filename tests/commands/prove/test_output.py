@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
+from bt_mission.commands.prove.outcomes import outcome_rows
 from bt_mission.commands.prove.proof import ProofOptions, prove
 from bt_mission.sessions.load import load
-from bt_mission.views.terminal.outcomes import outcome_rows
 from tests.support.report_pages import data_of
 
 NAMED_TREE = """mission: m

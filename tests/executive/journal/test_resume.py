@@ -12,11 +12,11 @@ import pytest
 
 from bt_mission.base.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.base.errors import BtMissionError
+from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.goals.goal import Event, Goal, Phase
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.store import Journal, Unpack
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.load import load
 from tests.conftest import ScriptedServer
 from tests.support.play import TICK_NS, Play, message

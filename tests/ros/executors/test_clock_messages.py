@@ -10,7 +10,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from bt_mission.ros.clock_messages import ValidClock
+from bt_mission.ros.executors.clock_messages import ValidClock
 
 TURNS = 200
 

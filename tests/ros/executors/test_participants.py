@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.ros import participants
-from bt_mission.ros.participants import Discovery, living_participants, participants_of
+from bt_mission.ros.executors import participants
+from bt_mission.ros.executors.participants import Discovery, living_participants, participants_of
 
 TABLE = """\
   sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode
