@@ -10,8 +10,8 @@ from html import escape
 
 from tools.check_layers import LAYERS, PARTS, all_imports, is_in
 
-WIDTH, ROW, TOP, BOX, GAP = 1070, 62, 44, (116, 30), 12
-LEFT = {"bt_mission": 110, "action_servers": 480, "sim": 790}
+WIDTH, ROW, TOP, BOX, GAP = 1230, 62, 44, (116, 30), 12
+LEFT = {"bt_mission": 110, "action_servers": 540, "sim": 880}
 COLOURS = {"bt_mission": "#dbeafe", "action_servers": "#dcfce7", "sim": "#fef3c7"}
 
 
