@@ -27,7 +27,7 @@ VACUOUS: frozenset[str] = frozenset(("not exercised", "not applicable"))
 
 
 OnViolation = Literal["report", "fail", "halt", "measure"]
-"""What is done when a requirement does not hold."""
+"""The reaction to a requirement that does not hold."""
 
 
 @dataclass(frozen=True)
