@@ -156,7 +156,7 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
     match node:
         case Repeat():
             # Rounds without a bound are alike.
-            return lambda: (node.count and node.done, node.count, node.is_within)
+            return lambda: (node.count and node.done, node.count, node.save_state(0)["within"])
         case Retry():
             return lambda: (node.failures, node.num_failures, node.due_ns is not None)
         case Sequence() | Selector() | Pick():
@@ -167,7 +167,7 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
     def memory() -> Any:
         saved = {name: value for name, value in save(node, 0).items() if name != "left_ns"}
         if isinstance(node, Finally):
-            saved["values"] = values_key(node.kept_values)
+            saved["values"] = values_key(dict(saved["values"]))
         return plain(saved)
 
     return memory

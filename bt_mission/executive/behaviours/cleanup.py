@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from enum import StrEnum
 from typing import Any
 
@@ -65,11 +65,6 @@ class Finally(Hooked, Composite):
     def is_detached(self) -> bool:
         """Whether its clean-up is under way after a halt."""
         return self._stage is CleanUpPhase.DETACHED
-
-    @property
-    def kept_values(self) -> Mapping[str, Any]:
-        """The values of variables with which a clean-up after a halt runs."""
-        return self._variables
 
     @property
     def limit_s(self) -> float:

@@ -40,11 +40,6 @@ class Repeat(HookedDecorator):
         """The most rounds; None for no bound."""
         return self._count
 
-    @property
-    def is_within(self) -> bool:
-        """Whether a round is under way."""
-        return self._is_within
-
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """Return the rounds done, their number, and whether a round has begun."""
         return {"done": self._done, "count": self._count, "within": self._is_within}
