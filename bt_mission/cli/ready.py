@@ -33,9 +33,9 @@ def main() -> None:
 def _load() -> None:
     from action_servers.server.actions import action, generated_type
     from bt_mission.base.actions import declared
-    from bt_mission.base.html.pages import render
     from bt_mission.base.output import write_file
     from bt_mission.cli import main as run
+    from bt_mission.views.html.pages import render
     from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.run import ShownRun
     from bt_mission.views.web.server import WebServer, page_files

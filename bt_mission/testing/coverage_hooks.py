@@ -22,9 +22,9 @@ from bt_mission.base.yaml.document import Document
 from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.scenarios.coverage.places import CoveragePlace, places
 from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
-from bt_mission.scenarios.coverage.report import as_html, as_text
 from bt_mission.scenarios.coverage.watch import CoverageWatch
 from bt_mission.sessions.load import load
+from bt_mission.testing.coverage_report import as_html, as_text
 
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter

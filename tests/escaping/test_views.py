@@ -30,7 +30,7 @@ from bt_mission.recording.model import RecordedRun
 from bt_mission.ros.interface_types import message_type, service_type
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
-from bt_mission.scenarios.coverage.report import as_html
+from bt_mission.testing.coverage_report import as_html
 from bt_mission.views.terminal.console import EscapingConsole, coloured
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS

@@ -18,7 +18,6 @@ from starlette.routing import Route
 from typing_extensions import override
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.html.pages import render
 from bt_mission.commands.agents.folder import AgentFolder
 from bt_mission.commands.agents.permits import (
     ApprovalError,
@@ -31,6 +30,7 @@ from bt_mission.commands.agents.shown import Shown, states
 from bt_mission.commands.agents.site import load_site
 from bt_mission.commands.agents.site_files import differing
 from bt_mission.views.drawing.path import path_png
+from bt_mission.views.html.pages import render
 from bt_mission.views.web.gate import HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions
 

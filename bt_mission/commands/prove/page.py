@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from bt_mission.base.html.pages import render
 from bt_mission.commands.prove.claims import PROPERTIES
 from bt_mission.commands.prove.proof import Finding, Proof
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.scenarios.coverage.places import CoveragePlace
+from bt_mission.views.html.pages import render
 
 
 class _Node(NamedTuple):

@@ -15,8 +15,8 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from typing_extensions import override
 
-from bt_mission.base.html.pages import render
 from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.views.html.pages import render
 from bt_mission.views.web.gate import HEADERS, Gate
 from bt_mission.views.web.guarded_server import (
     Connections,

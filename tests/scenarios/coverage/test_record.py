@@ -9,8 +9,8 @@ import pytest
 
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageRecord, CoverageTally, CoveredFile, Score
-from bt_mission.scenarios.coverage.report import as_html, as_text, in_ranges
 from bt_mission.sessions.load import load
+from bt_mission.testing.coverage_report import as_html, as_text, in_ranges
 from tests.support.play import Play
 from tests.support.project import MISSIONS
 

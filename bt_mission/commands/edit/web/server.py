@@ -22,7 +22,6 @@ from bt_mission.base import files
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import kind_of_text
-from bt_mission.base.html.pages import render
 from bt_mission.base.text import lines_of
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.base.yaml.composer import split_lines
@@ -42,6 +41,7 @@ from bt_mission.commands.edit.web.marks import boxes, explanation, marks
 from bt_mission.commands.edit.web.relay import relay
 from bt_mission.commands.edit.web.workspace import ConflictError, EditError, Workspace
 from bt_mission.commands.edit.world_patches import SECTIONS, add_thing, move_thing, world_forms
+from bt_mission.views.html.pages import render
 from bt_mission.views.web.gate import FRAMED_HEADERS
 from bt_mission.views.web.server import PageServer, WebOptions
 

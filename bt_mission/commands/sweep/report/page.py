@@ -15,7 +15,6 @@ from urllib.parse import quote
 import numpy as np
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.html.pages import render
 from bt_mission.base.output import within, write_file
 from bt_mission.base.text import cut, duration, number
 from bt_mission.base.verdicts import FAILING
@@ -35,6 +34,7 @@ from bt_mission.scenarios.cause import KINDS
 from bt_mission.scenarios.concrete.row import ScenarioRow
 from bt_mission.scenarios.coverage.places import OUTCOME, REACHED, CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageRecord
+from bt_mission.views.html.pages import render
 
 PAGE = "sweep.html"
 MOST_MARGINS = 24

@@ -15,11 +15,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bt_mission.base.html.pages import render
 from bt_mission.base.output import write_file
 from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import read_verified_run
+from bt_mission.views.html.pages import render
 from bt_mission.views.web.encoding import shown
 from bt_mission.views.web.report.details import details
 from bt_mission.views.web.report.history import History

@@ -10,10 +10,10 @@ from html.parser import HTMLParser
 import pytest
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.base.html.pages import POLICY
 from bt_mission.commands.sweep.report import page as page_module
 from bt_mission.commands.sweep.report.page import INSTALL, write_sweep_page
 from bt_mission.scenarios.coverage.places import CoveragePlace
+from bt_mission.views.html.pages import POLICY
 from tests.commands.sweep.conftest import BUNDLE, origin, some_rows, write_results
 from tests.support.hostile import HOSTILE, markup_leaks
 from tests.support.rows import failed, margin, row

@@ -1,6 +1,6 @@
 """Renders templates of jinja2; every text in them is escaped.
 
-A template is named by its path in this package. A page extends ``base/html/base.html``: it fills
+A template is named by its path in this package. A page extends ``views/html/base.html``: it fills
 the blocks `title`, `style` and `body`. ``{{ asset(path) }}`` puts a style sheet or a script into a
 page, ``{{ data(value) }}`` puts JSON into a script element.
 """
@@ -27,7 +27,7 @@ def render(template: str, **values: Any) -> str:
     """Return a page.
 
     Args:
-        template: The path of the template in this package, such as ``base/html/base.html``.
+        template: The path of the template in this package, such as ``views/html/base.html``.
         values: Its variables. Texts are escaped; one that is markup already is a `Markup`.
     """
     return _environment().get_template(template).render(values)

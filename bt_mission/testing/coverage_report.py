@@ -6,9 +6,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple
 
-from bt_mission.base.html.pages import render
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
+from bt_mission.views.html.pages import render
 
 HEAD = ("missions", "nodes", "reached", "outcomes", "seen", "branches", "taken", "cover", "missing")
 
@@ -125,7 +125,7 @@ def as_html(tally: CoverageTally) -> str:
     files = [(covered.label, list(_lines(covered))) for covered in tally.in_order()]
     percent = int(tally.score.percent)
     return render(
-        "scenarios/coverage/report.html",
+        "testing/coverage_report.html",
         percent=percent,
         head=HEAD[:-1],
         rows=rows(tally),
