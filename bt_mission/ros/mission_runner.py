@@ -24,6 +24,7 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.stamps import NS
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.behaviours.builder import build_tree, node_details
+from bt_mission.executive.controls import MissionControls
 from bt_mission.executive.events.events import GoalChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.listeners import Stream
@@ -117,6 +118,8 @@ class MissionRunner(MissionRuntime):
         self._wall_s: float | None = None
         self._after_tick: Future | None = None
         self._waypoints: WaypointMarkers | None = None
+        self.controls = MissionControls(lambda: self.executive)
+        """Does what users of this process and of others request."""
         with ExitStack() as made:
             made.callback(self._close_clients)
             self._why_rejected = options.why_rejected
@@ -143,7 +146,7 @@ class MissionRunner(MissionRuntime):
                 self.executive.events.raised.append(self.created.raised.pop())
             if options.has_controls:
                 self.show_waypoints()
-                services = ControlServices(node, lambda: self.executive, self.revise_on_request)
+                services = ControlServices(node, self.controls, self.revise_on_request)
                 made.callback(services.close)
             self.requirements = RequirementWatch(self, options.signals or LiveSignals)
             self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)

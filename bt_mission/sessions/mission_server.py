@@ -24,6 +24,7 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.goal_rate import MOST_LINES, GoalRate, RateLimit
 from bt_mission.base.ros_log import log_of
 from bt_mission.base.stamps import NS
+from bt_mission.executive.controls import MissionControls
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.permissions import Permissions
 from bt_mission.ros.control_services import ControlServices
@@ -184,7 +185,8 @@ class MissionServer(ValidClock, Node):
         self._status_publisher = StatusPublisher(self)
         self._status_publisher.publish_idle()
         self._is_editable = options.editable
-        self._controls = ControlServices(self, lambda: self.executive, self._revise)
+        self._controls = MissionControls(lambda: self.executive)
+        self._control_services = ControlServices(self, self._controls, self._revise)
         self._snapshots = SnapshotStreams(self)
         self._server = BoundedMissionServer(
             self,

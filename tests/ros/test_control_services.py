@@ -11,7 +11,7 @@ from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.ros.control_services import MOST_BREAKPOINTS
+from bt_mission.executive.controls import MOST_BREAKPOINTS
 from bt_mission.ros.graph import LATCHED
 from bt_mission.ros.status_publisher import CHANGES
 

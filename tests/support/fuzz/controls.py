@@ -25,13 +25,14 @@ from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.behaviours.builder import build_tree
 from bt_mission.executive.behaviours.runtime import Scope
+from bt_mission.executive.controls import MOST_BREAKPOINTS, MissionControls
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.revision import RevisionPlan
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 from bt_mission.language.revision import Revision
 from bt_mission.robots.model import load_robot
-from bt_mission.ros.control_services import MOST_BREAKPOINTS, ControlServices
+from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.executors.process import RobotNode, RobotNodeOptions
 from bt_mission.sessions.served_missions import ServedMissions
 from tests.support.fuzz.finding import Case, Verdict
@@ -123,9 +124,10 @@ class Play(ProgramPlay):
         self.executive: Executive | None = None
         self.graph: Graph | None = None
         self.mission: Mission | None = None
-        self.controls = ControlServices(
+        self.controls = MissionControls(lambda: self.executive)
+        self.services = ControlServices(
             self.node,  # type: ignore[arg-type]
-            lambda: self.executive,
+            self.controls,
             self._revise,
         )
         self.served = ServedMissions(
@@ -141,7 +143,7 @@ class Play(ProgramPlay):
         while self.program:
             self.log.append(self.program.pick(acts)())
         self._settle()
-        self.controls.close()
+        self.services.close()
         assert not self.node.services, "services are left"
 
     def _begin(self) -> str:
