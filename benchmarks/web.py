@@ -21,14 +21,14 @@ from pathlib import Path
 from measuring import arguments, figure, figures
 
 from bt_mission.base.interrupts import InterruptSignals
-from bt_mission.ros.local_client import LocalExecutive
+from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 from bt_mission.sessions.drive import Reports, StepDriver, drive, driving
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
+from bt_mission.sessions.watching import SessionGraph
 from bt_mission.views.terminal.speech import Speech
 from bt_mission.views.web.live import LiveMission
-from bt_mission.views.web.run import ShownRun
 from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 from tests.support.browser import BROWSER, browser
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
@@ -90,7 +90,7 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
     """Return the CPU seconds of the process for a virtual second, and for a wall second."""
     legs = {"legs": LEGS if speed is None else 6}
     mission = load(mission_file, legs if "legs" in load(mission_file).inputs else {})
-    options = StageOptions(watched=with_page)
+    options = StageOptions(props=MOST_OBSTACLES if with_page else 0)  # as `run --web` sets it
     with (
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,
@@ -112,7 +112,7 @@ def _measured(run: Callable[[], Reports]) -> tuple[Reports, float]:
 def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Reports, float]:
     driver = StepDriver(driving(stage, [Speech()], InterruptSignals(), speed=speed))
     frame_s = FAST_FRAME_S if speed is None else FRAME_S
-    with closing(LocalExecutive(stage)) as graph:
+    with closing(SessionGraph(stage)) as graph:
         shown = LiveMission(graph)
         shown.attach(graph.name)
         with (
@@ -120,8 +120,12 @@ def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Reports, fl
             browser(folder / "profile") as page,
         ):
             page.send("Page.navigate", url=server.link)  # opened once the server runs
-            run = ShownRun(server, driver, lambda: driver.result is not None, lambda _: None)
-            return _measured(run.run_to_the_end)
+
+            def run() -> Reports:
+                asyncio.run(server.serve(lambda: driver.is_over, driver))
+                return driver.finish()
+
+            return _measured(run)
 
 
 def main() -> None:

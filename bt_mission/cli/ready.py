@@ -37,10 +37,9 @@ def _load() -> None:
     from bt_mission.cli import main as run
     from bt_mission.views.html.pages import render
     from bt_mission.views.web.live import LiveMission
-    from bt_mission.views.web.run import ShownRun
     from bt_mission.views.web.server import WebServer, page_files
 
-    _ = LiveMission, ShownRun, WebServer
+    _ = LiveMission, WebServer
     for name in declared():
         generated_type(action(name).type)
     page_files()

@@ -225,7 +225,7 @@ def _stage_options(
         visible=options.visible or options.editable,
         editable=options.editable,
         network=options.network,
-        watched=bool(options.tui or options.web or shown_by(options)),
+        watched=bool(shown_by(options)),
         props=most_obstacles() if faults or takes_faults(options) else own.props,
     )
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 PORT, LOOPBACK = 8080, "127.0.0.1"
 GROUP = "in a browser"
 NEEDED = ("starlette", "uvicorn", "websockets")
+ENDED = "the mission has ended"
 
 UNSAFE = """\
 --host {host}: other machines can reach the page. Everyone with the link can {what}. The link and \
@@ -198,11 +199,15 @@ def watch_beside(*words: str) -> Iterator[None]:
         process.wait()
 
 
+def page_stays(verdict: str) -> str:
+    """Return the line for the user after the end of a mission, with its verdict."""
+    return f"{ENDED}: {verdict}; the page stays until Ctrl-C"
+
+
 def stay_until_left(status: str) -> None:
     """Let the page be looked at when the mission has ended with this status, until Ctrl-C."""
     from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.base.wall_clock import LONGEST_SLEEP_S, rest
-    from bt_mission.views.web.run import page_stays
 
     to_stderr(page_stays(status))
     with InterruptSignals() as leaving:

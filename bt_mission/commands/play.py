@@ -38,8 +38,7 @@ def play(options: argparse.Namespace) -> int:
     options.attach = False  # of `run`, with which the views are shared
     faults = written_faults(options)
     on_screen = options.tui and is_drawable()
-    is_watched = options.web or on_screen
-    speed = options.speed or (1.0 if is_watched else None)
+    speed = options.speed or (1.0 if options.web or on_screen else None)
     interrupts = InterruptSignals(2)
     with ExitStack() as stack:
         stack.enter_context(interrupts)
@@ -51,7 +50,6 @@ def play(options: argparse.Namespace) -> int:
             seed=options.seed,
             limit_s=options.seconds,
             options=StageOptions(
-                watched=is_watched,
                 props=most_obstacles() if faults or options.web else 0,
                 command_type=options.cmd_vel_type,
             ),

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 from bt_mission_interfaces.msg import (
@@ -41,7 +40,7 @@ from bt_mission.executive.events.events import (
     TreeRevised,
 )
 from bt_mission.executive.events.log import words_of
-from bt_mission.executive.events.mission_file import sha256_of
+from bt_mission.executive.events.mission_file import MissionFile
 from bt_mission.language.mission import Mission
 
 CODES = {
@@ -61,14 +60,15 @@ def stamp(time_ns: int) -> Time:
 def tree(event: RunStarted, mission: Mission, revised: TreeRevised | None = None) -> Tree:
     """Return the tree of a run that has started, with its newest revision and its file."""
     newest = {} if revised is None else _revision(revised)
+    file = MissionFile.of(mission)
     return Tree(
         **newest,
         stamp=stamp(event.time_ns),
         run=event.run,
         mission=event.mission,
         nodes=list(map(_tree_node, event.nodes)),
-        file=str(Path(mission.file).absolute()) if Path(mission.file).is_file() else "",
-        sha256=sha256_of(mission.document.text),
+        file=file.path,
+        sha256=file.sha256,
     )
 
 

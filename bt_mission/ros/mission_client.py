@@ -1,7 +1,6 @@
 """One executive and its robot, as a viewer's node receives them, and requests to them.
 
-Nothing here waits: the caller reads what was received. Robots are subscribed to with best effort
-and short queues, so that a slow viewer costs nothing elsewhere.
+Nothing here waits: the caller reads what was received.
 """
 
 from __future__ import annotations
@@ -20,26 +19,21 @@ from bt_mission_interfaces.msg import (
     Tree,
 )
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
-from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 from rclpy.task import Future
-from sensor_msgs.msg import BatteryState, Image, LaserScan
 from std_srvs.srv import Trigger
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from bt_mission.base.wall_clock import Stopwatch
-from bt_mission.executive.events import messages, reader
+from bt_mission.executive.events import reader
 from bt_mission.executive.events.feed import in_order
 from bt_mission.executive.events.messages import Batch
 from bt_mission.executive.events.source import ControlRequest, ControlResponse, Received, Verb
+from bt_mission.ros.control_services import TRIGGERS
 from bt_mission.ros.graph import LATCHED, REQUESTS
+from bt_mission.ros.robot_topics import RobotTopics
 
 ALL = QoSProfile(depth=1000)
-NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-FRAMES = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
-STATIC_FRAMES = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 TOPICS: dict[str, tuple[Any, QoSProfile, Callable[[Any], Batch]]] = {
     "tree": (Tree, LATCHED, reader.tree),
@@ -51,18 +45,6 @@ TOPICS: dict[str, tuple[Any, QoSProfile, Callable[[Any], Batch]]] = {
 }
 """The topics of an executive below its name."""
 
-ROBOT: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Robot]]] = {
-    "scan": (LaserScan, NEWEST, reader.scan),
-    "battery_state": (BatteryState, NEWEST, reader.battery),
-}
-"""The topics of a robot with many messages a second, apart from its frames."""
-
-SURROUNDINGS: dict[str, tuple[Any, Callable[[Any], messages.Robot]]] = {
-    "map": (OccupancyGrid, reader.grid),
-    "zones": (MarkerArray, reader.zones),
-}
-"""Topics on the robot's surroundings, which are published once."""
-
 LOOK_S = 0.25
 """Wall time between two looks at the graph."""
 
@@ -70,9 +52,7 @@ ASK_AGAIN_S = 1.0
 """Wall time after which statuses are requested again."""
 
 ANSWER_S = 3.0
-"""Wall time after which a wish counts as unanswered."""
-
-TRIGGERS = {Verb.RESUME: "resume", Verb.STEP: "step", Verb.STOP: "stop"}
+"""Wall time after which a request counts as unanswered."""
 
 
 class MissionClient:
@@ -86,22 +66,19 @@ class MissionClient:
 
     def __init__(self, node: Node, name: str, *, with_robot: bool = True) -> None:
         self.name = name
-        self._with_robot = with_robot
         self._node = node
         self._batches: deque[Batch] = deque()
         self._raw: deque[tuple[Callable[[Any], Batch], Any]] = deque()
-        self._robot: dict[str, tuple[Callable[[Any], messages.Robot], Any]] = {}
-        self._frames: deque[Any] = deque(maxlen=100)
         self._answers: deque[ControlResponse] = deque()
         self._asked: list[tuple[Future, str, Stopwatch]] = []
         self._since_asked: Stopwatch | None = None
         self._since_look: Stopwatch | None = None
         self._is_there = False
-        self._ears = self._subscribe_to_mission()
-        self._robot_ears: list[Any] = []
-        self._robot_prefix: str | None = None
-        self._camera: Any = None
-        self._image: Any = None
+        self._robot = RobotTopics(node, name.rpartition("/")[0]) if with_robot else None
+        self._subscriptions = [
+            node.create_subscription(kind, f"{name}/{topic}", partial(self._keep, read), qos)
+            for topic, (kind, qos, read) in TOPICS.items()
+        ]
         client = partial(node.create_client, qos_profile=REQUESTS)
         self._statuses = client(GetStatuses, f"{name}/statuses")
         self._pause = client(PauseMission, f"{name}/pause")
@@ -109,7 +86,7 @@ class MissionClient:
         self._triggers = {
             verb: client(Trigger, f"{name}/{service}") for verb, service in TRIGGERS.items()
         }
-        self._tune_in()
+        self._find_robot()
 
     @property
     def is_there(self) -> bool:
@@ -117,7 +94,7 @@ class MissionClient:
         if self._since_look is None or self._since_look.elapsed_s > LOOK_S:
             self._since_look = Stopwatch()
             self._is_there = self._node.count_publishers(f"{self.name}/state") > 0
-            self._tune_in()
+            self._find_robot()
         return self._is_there
 
     def take(self, *, needs_statuses: bool) -> Received:
@@ -128,19 +105,14 @@ class MissionClient:
         while self._raw:
             read, message = self._raw.popleft()
             self._batches.append(read(message))
-        robot: list[messages.Robot] = [reader.transforms(frame) for frame in self._frames]
-        robot += [read(message) for read, message in self._robot.values()]
-        image = None if self._image is None else reader.image(self._image)
-        batches = tuple(in_order(self._batches))
-        received = Received(batches, tuple(robot), tuple(self._answers), image)
-        self._image = None
-        for queue in (self._batches, self._frames, self._answers):
-            queue.clear()
-        self._robot.clear()
+        readings, image = ((), None) if self._robot is None else self._robot.take()
+        received = Received(tuple(in_order(self._batches)), readings, tuple(self._answers), image)
+        self._batches.clear()
+        self._answers.clear()
         return received
 
     def send(self, command: ControlRequest) -> None:
-        """Pass a wish on."""
+        """Send a request to the executive."""
         match command.verb:
             case Verb.PAUSE | Verb.PAUSE_KEEPING_GOALS:
                 keep = command.verb is Verb.PAUSE_KEEPING_GOALS
@@ -152,74 +124,29 @@ class MissionClient:
                 self._ask(self._triggers[verb], Trigger.Request())
 
     def watch_camera(self, *, is_on: bool) -> None:
-        """Hear the robot's camera, or no longer."""
-        if is_on and self._camera is None:
-            topic = f"{self.name.rpartition('/')[0]}/camera/image_raw"
-            self._camera = self._listen(Image, topic, self._keep_image, NEWEST)
-        elif not is_on and self._camera is not None:
-            self._node.destroy_subscription(self._camera)
-            self._camera = self._image = None
+        """Receive the images of the robot's camera, or no longer."""
+        if self._robot is not None:
+            self._robot.watch_camera(is_on=is_on)
 
     def close(self) -> None:
-        """Listen no longer."""
-        self.watch_camera(is_on=False)
-        for subscription in (*self._ears, *self._robot_ears):
+        """Destroy the subscriptions and clients."""
+        if self._robot is not None:
+            self._robot.close()
+        for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         for client in (self._statuses, self._pause, self._breakpoint, *self._triggers.values()):
             self._node.destroy_client(client)
 
     # ---- inside: callbacks only keep messages, so that none of them can raise ----------------
 
-    def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> Any:
-        return self._node.create_subscription(kind, topic, keep, qos)
-
-    def _subscribe_to_mission(self) -> list[Any]:
-        return [
-            self._listen(kind, f"{self.name}/{topic}", partial(self._keep, read), qos)
-            for topic, (kind, qos, read) in TOPICS.items()
-        ]
-
-    def _tune_in(self) -> None:
-        """Subscribe to the robot: the snapshots of its stage for viewers, else its topics."""
-        own = self.name.rpartition("/")[0]
-        is_relayed = self._node.count_publishers(f"{self.name}/scan") > 0
-        prefix = self.name if is_relayed else own
-        if not self._with_robot or prefix == self._robot_prefix:
-            return
-        self._robot_prefix = prefix
-        for subscription in self._robot_ears:
-            self._node.destroy_subscription(subscription)
-        self._robot_ears = [*self._subscribe_to_robot(prefix), *self._subscribe_to_map(own)]
-
-    def _subscribe_to_robot(self, prefix: str) -> list[Any]:
-        return [
-            *(
-                self._listen(kind, f"{prefix}/{name}", partial(self._keep_newest, name, read), qos)
-                for name, (kind, qos, read) in ROBOT.items()
-            ),
-            self._listen(TFMessage, f"{prefix}/tf", self._keep_frames, FRAMES),
-        ]
-
-    def _subscribe_to_map(self, own: str) -> list[Any]:
-        return [
-            *(
-                self._listen(kind, f"{own}/{name}", partial(self._keep_newest, name, read), LATCHED)
-                for name, (kind, read) in SURROUNDINGS.items()
-            ),
-            self._listen(TFMessage, f"{own}/tf_static", self._keep_frames, STATIC_FRAMES),
-        ]
+    def _find_robot(self) -> None:
+        """Take the snapshots of the robot's stage for viewers, or else its topics."""
+        if self._robot is not None:
+            is_relayed = self._node.count_publishers(f"{self.name}/scan") > 0
+            self._robot.follow(self.name if is_relayed else self.name.rpartition("/")[0])
 
     def _keep(self, read: Callable[[Any], Batch], message: Any) -> None:
         self._raw.append((read, message))
-
-    def _keep_newest(self, topic: str, read: Callable[[Any], messages.Robot], message: Any) -> None:
-        self._robot[topic] = (read, message)
-
-    def _keep_image(self, message: Any) -> None:
-        self._image = message
-
-    def _keep_frames(self, message: Any) -> None:
-        self._frames.append(message)
 
     def _ask_statuses(self) -> None:
         if self._since_asked is not None and self._since_asked.elapsed_s < ASK_AGAIN_S:

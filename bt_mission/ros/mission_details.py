@@ -11,7 +11,14 @@ from typing import Any
 from bt_mission_interfaces.msg import MissionDetails, Variable
 
 from bt_mission.executive.behaviours.leaves import progress_of
-from bt_mission.executive.events.events import GoalChanged, NodeProgressed
+from bt_mission.executive.events.events import (
+    BreakpointsChanged,
+    CountsChanged,
+    Event,
+    GoalChanged,
+    NodeProgressed,
+    VariableChanged,
+)
 from bt_mission.ros import event_messages
 from bt_mission.ros.mission_runtime import MissionRuntime
 
@@ -54,6 +61,20 @@ class MissionDetailsBuilder:
 
     def describe_changes(self) -> MissionDetails:
         """Describe what has changed since the last time, of running nodes, too."""
+        return self._described(self._progressed(), complete=False)
+
+    def changes(self) -> tuple[Event, ...]:
+        """Return the same as events, but for goals, which have their own."""
+        run, now_ns = self._run, self._run.now_ns
+        return (
+            CountsChanged(now_ns, run.executive.ticks, run.ledger.goals_sent),
+            BreakpointsChanged(now_ns, run.executive.breakpoints.names),
+            *self._progressed(),
+            *self._variables(complete=False),
+        )
+
+    def _progressed(self) -> list[NodeProgressed]:
+        """Return the progress of running nodes that has changed since the last time."""
         running = []
         for progress in self._running():
             shown = (
@@ -66,7 +87,7 @@ class MissionDetailsBuilder:
             if self._shown.get(progress.node) != shown:
                 self._shown[progress.node] = shown
                 running.append(progress)
-        return self._described(running, complete=False)
+        return running
 
     def _described(self, running: list[NodeProgressed], *, complete: bool) -> MissionDetails:
         run, state = self._run, self._state
@@ -80,7 +101,10 @@ class MissionDetailsBuilder:
                 event_messages.goal(goal, state.goals_changed_ns[goal.id])
                 for goal in self._some_goals(complete=complete)
             ],
-            variables=[*self._variables(complete=complete)],
+            variables=[
+                Variable(name=variable.name, value=variable.value)
+                for variable in self._variables(complete=complete)
+            ],
             breakpoints=list(run.executive.breakpoints.names),
         )
 
@@ -114,12 +138,12 @@ class MissionDetailsBuilder:
                 0.0 if progress is None else float(progress.limit),
             )
 
-    def _variables(self, *, complete: bool) -> Iterator[Variable]:
+    def _variables(self, *, complete: bool) -> Iterator[VariableChanged]:
         for name, value in self._run.variables().items():
             text = as_json(value)
             if complete or self._values.get(name) != text:
                 self._values[name] = text
-                yield Variable(name=name, value=text)
+                yield VariableChanged(self._run.now_ns, name, text)
 
 
 def as_json(value: Any) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import array
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ from tf2_msgs.msg import TFMessage
 from bt_mission.base.geometry import Pose2D, set_planar
 from bt_mission.base.stamps import set_ns
 from bt_mission.base.wall_clock import Stopwatch
+from bt_mission.executive.events import messages
 
 EVERY_S = 0.25
 """Wall time between two messages."""
@@ -52,6 +53,18 @@ class RobotSnapshot:
     reach: tuple[float, float]
     charge: float | None
     voltage: float = math.nan
+
+
+def readings_of(look: RobotSnapshot) -> Iterator[messages.Robot]:
+    """Yield the frames, the scan and the battery of a snapshot."""
+    yield (
+        messages.FrameTransform("map", "base_footprint", *look.pose),
+        messages.FrameTransform("base_footprint", "base_scan", *look.lidar),
+    )
+    step, ranges = math.tau / len(look.ranges), tuple(look.ranges.tolist())
+    yield messages.ScanPoints("base_scan", 0.0, step, *look.reach, ranges)
+    if look.charge is not None:
+        yield messages.BatteryState(look.charge, look.voltage)
 
 
 class RobotRelay:

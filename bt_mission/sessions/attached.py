@@ -112,10 +112,6 @@ class AttachedSession(Session):
                 made.callback(journal.close)
             self._exit = made.pop_all()
 
-    def drain(self) -> None:
-        """Serve what is on its way once the mission has ended."""
-        self._graph.drain()
-
     def step(self) -> None:
         """Serve what is next, for at most a tenth of a second."""
         self._graph.step(self.executive, self._node)

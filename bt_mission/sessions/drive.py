@@ -26,8 +26,6 @@ Reports: TypeAlias = tuple[Report, ...]
 TURN_S = 0.02
 """Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
 
-SHORTEST_REST_S = 0.001
-
 
 def drive(
     session: Session, onlookers: Sequence[Onlooker] = (), *, speed: float | None = None
@@ -81,7 +79,7 @@ class StepDriver(Generic[R]):
                 self.result = end.value
             except Exception as error:  # noqa: BLE001 - raised again by `finish`
                 self.fault = error
-        return max(wait_s, SHORTEST_REST_S)
+        return max(wait_s, 0.0)
 
     def finish(self) -> R:
         """Take all remaining steps, each when it is due. Return the result.

@@ -218,9 +218,6 @@ class Session:
                 run.executive.interrupt(f"interrupted by {name_of(numbers[-1])}")
             run.executive.abandon("left while a callback did not return")
 
-    def drain(self) -> None:
-        """Serve what is on its way once the missions have ended."""
-
     def attach(self, onlooker: Onlooker) -> None:
         """Attach an onlooker; it is called after each step from now on."""
         if onlooker.node is not None:

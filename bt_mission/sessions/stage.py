@@ -388,10 +388,6 @@ class Stage(Session):
             run.replace_servers()
             self.clock.add_node(run.servers)
 
-    def drain(self) -> None:
-        """Serve pending messages once the mission has ended; time does not move."""
-        self.clock.run_until_quiet()
-
     def step(self) -> None:
         """Jump to the next instant at which anything is due, and serve it.
 

@@ -43,7 +43,7 @@ class Keeper:
             self.publisher.publish(message)
             session.step()
             if session.node.get_clock().now().nanoseconds == time_ms * MS:
-                session.drain()
+                session._graph.drain()
                 return
         raise AssertionError("the executive does not follow the clock")
 

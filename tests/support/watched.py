@@ -307,8 +307,16 @@ class ScriptedGraph:
         self.faults: dict[str, ListedExecutive] = {}
         self.served = 0
 
+    @property
+    def name(self) -> str:
+        """The name of the first executive."""
+        return self.executives[0].name
+
     def serve(self) -> None:
         self.served += 1
+
+    def close(self) -> None:
+        """Leave."""
 
     def find(self) -> tuple[ListedExecutive, ...]:
         there = [executive.name for executive in self.executives if executive.is_there]

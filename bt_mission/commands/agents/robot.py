@@ -105,7 +105,7 @@ class RosRobot:
             "mission": marked(mission.tree.mission if mission.tree else ""),
             "state": marked(mission.status),
             "verdict": marked(mission.conclusion[0]),
-            "reason": marked(mission.conclusion[1] or mission.explanation),
+            "reason": marked(mission.conclusion[1]),
             "running": [marked(mission.tree.nodes[index].name) for index in mission.running]
             if mission.tree
             else [],

@@ -5,9 +5,13 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.yaml.document import read_source
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
 
 CHANGED = "file on disk differs"
 """The note in views."""
@@ -24,6 +28,12 @@ class MissionFile:
 
     path: str
     sha256: str
+
+    @classmethod
+    def of(cls, mission: Mission) -> Self:
+        """Return the file of a mission; the path is empty if there is no file."""
+        path = Path(mission.file)
+        return cls(str(path.absolute()) if path.is_file() else "", sha256_of(mission.document.text))
 
 
 class FileCheck:

@@ -146,15 +146,13 @@ class MissionState:
 
     @property
     def conclusion(self) -> tuple[str, str]:
-        """The verdict of a run that has ended, else its state; and the reason."""
-        reason = self.state.reason if self.state else ""
-        return conclusion(self.status, reason, self.requirements, self.untested)
+        """The verdict of a run that has ended, else its state; and :attr:`explanation`."""
+        return conclusion(self.status, self.explanation, self.requirements, self.untested)
 
     @property
     def headline(self) -> str:
-        """The same as one text, while it is paused with the goals that are under way."""
-        of_run = conclusion(self.status, self.explanation, self.requirements, self.untested)
-        return verdict(*of_run)
+        """The same as one text."""
+        return verdict(*self.conclusion)
 
     @property
     def tip(self) -> int | None:

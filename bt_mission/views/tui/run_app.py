@@ -22,6 +22,9 @@ from bt_mission.views.tui.view_app import NOTICE_S
 
 LEAVING_KEYS = ("q", "ctrl+c", "ctrl+q")
 
+SHORTEST_REST_S = 0.001
+"""Wall time that the screen has between two turns of a mission that does not wait."""
+
 
 class RunApp(WatchApp, Generic[R]):
     """Runs a session, and shows it. After its end the view stays until the user leaves.
@@ -80,7 +83,8 @@ class RunApp(WatchApp, Generic[R]):
         wait_s = self._step_driver.advance()
         if not self._step_driver.is_over:
             # Not `set_timer`: a timer of Textual that is late when it starts never fires.
-            asyncio.get_running_loop().call_later(wait_s, self.call_next, self.advance)
+            rest_s = max(wait_s, SHORTEST_REST_S)
+            asyncio.get_running_loop().call_later(rest_s, self.call_next, self.advance)
             return
         if self.report is None:  # a step has raised an exception, which `run_to_the_end` raises
             self.exit()

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.executive.events import messages
-from bt_mission.executive.events.events import Event
 from bt_mission.executive.events.mission_state import MissionState
-from bt_mission.executive.events.source import Attachment, ControlRequest, Graph, Verb
+from bt_mission.executive.events.source import (
+    Attachment,
+    ControlRequest,
+    Graph,
+    Received,
+    Verb,
+)
 from bt_mission.executive.events.watched_mission import WatchedMission, possible_verbs
 from bt_mission.views.web.board import Board, put_state, touched_by
 from bt_mission.views.web.encoding import ROBOT_PARTS
@@ -78,8 +83,10 @@ class LiveMission:
         self._wall, self._since_check = Stopwatch(), Stopwatch()
         self._since_picture = Stopwatch()
         self._hint = ""
-        self._has_moved = True
-        """Whether the robot has sent anything that is not on the board yet."""
+        self._has_moved = self._is_new = True
+        """Whether the robot has sent anything, and whether the mission is another one than before,
+        that is not on the board yet.
+        """
         self._is_choice, self._is_fleet = False, is_fleet
 
     @property
@@ -97,19 +104,19 @@ class LiveMission:
         self._graph.serve()
         self._look_round()
         source, watched = self._attachment.source, self._watched
-        touched: Iterable[int] | None = ()
-        happened: Sequence[Event] = ()
+        received = Received()
         if source is not None:
             source.watch_camera(is_on=panels.camera)
             received = source.take(needs_statuses=watched.needs_statuses)
-            happened = watched.take(received, self._wall.elapsed_s)
-            for answer in received.answers:
-                self._say(watched.with_names(answer.text))
-            touched = touched_by(happened)
-            self._has_moved |= bool(received.robot)
-            self._show_image(received.image)
-        self.board.show(watched.mission, touched)
-        self.board.remember(watched.mission, happened)
+        happened = watched.take(received, self._wall.elapsed_s)
+        for answer in received.answers:
+            self._say(watched.with_names(answer.text))
+        self._has_moved |= bool(received.robot)
+        self._show_image(received.image)
+        if received.messages or self._is_new:
+            self._is_new = False
+            self.board.show(watched.mission, touched_by(happened))
+            self.board.remember(watched.mission, happened)
         if panels.map:
             self.board.show_robot(watched.mission, ROBOT_PARTS if self._has_moved else ())
             self._has_moved = False
@@ -166,7 +173,7 @@ class LiveMission:
         self.board.put("notice", [self._notices, text])
 
     def _watch_anew(self) -> None:
-        self._watched, self._has_moved = WatchedMission(), True
+        self._watched, self._has_moved, self._is_new = WatchedMission(), True, True
 
     def _look_round(self) -> None:
         """Search for executives: always without an attachment, and every few seconds with one."""

@@ -33,7 +33,7 @@ class OpenPage:
     def __init__(self, socket: WebSocket, shown: LiveMission, *, is_read_only: bool) -> None:
         self.has_map = self.has_camera = False
         self.changed = asyncio.Event()
-        """Set when there may be something to wake."""
+        """Set when there may be something to send."""
         self.changed.set()
         self._socket = socket
         self._shown = shown
@@ -93,32 +93,29 @@ class OpenPage:
                 self._shown.perform(request)
 
     async def _send_changes(self) -> None:
+        """Send what the page has not received yet, whenever there is more."""
+        shown = self._shown
         while True:
             await self.changed.wait()
             self.changed.clear()
-            if changes := self._changes():
+            changes, self._answers = self._answers, {}
+            if self._revision == 0:
+                changes["is_read_only"] = self._is_read_only
+            changes |= shown.board.since(self._revision)
+            if self.has_map and (robot := shown.board.robot_since(self._robot_revision)):
+                changes["robot"] = robot
+                self._robot_revision = shown.board.revision
+            self._revision = shown.board.revision
+            if self._selected is not None:
+                node = encoding.node_details(shown.mission, self._selected)
+                if node != self._sent_node:
+                    changes["node"] = self._sent_node = node
+            if changes:
                 await self._socket.send_text(json.dumps(changes, allow_nan=False))
-            picture = self._shown.picture
+            picture = shown.picture
             if self.has_camera and picture is not None and picture[0] > self._sent_picture:
                 self._sent_picture = picture[0]
                 await self._socket.send_bytes(picture[1])
-
-    def _changes(self) -> dict[str, Any]:
-        """Return what the page has not received yet."""
-        board = self._shown.board
-        changes, self._answers = self._answers, {}
-        if self._revision == 0:
-            changes["is_read_only"] = self._is_read_only
-        changes |= board.since(self._revision)
-        if self.has_map and (robot := board.robot_since(self._robot_revision)):
-            changes["robot"] = robot
-            self._robot_revision = board.revision
-        self._revision = board.revision
-        if self._selected is not None:
-            node = encoding.node_details(self._shown.mission, self._selected)
-            if node != self._sent_node:
-                changes["node"] = self._sent_node = node
-        return changes
 
 
 class OpenPages:
@@ -132,39 +129,30 @@ class OpenPages:
     def __init__(self, shown: LiveMission, *, is_read_only: bool) -> None:
         self._shown = shown
         self._is_read_only = is_read_only
-        self._pages: set[OpenPage] = set()
-        self._sent: tuple[int, tuple[int, bytes] | None] = (0, None)
+        self.all: set[OpenPage] = set()
 
     @property
     def are_open(self) -> bool:
         """Whether any is open."""
-        return bool(self._pages)
+        return bool(self.all)
 
     @property
     def panels(self) -> OpenPanels:
         """The panels that at least one page has open."""
         return OpenPanels(
-            map=any(page.has_map for page in self._pages),
-            camera=any(page.has_camera for page in self._pages),
+            map=any(page.has_map for page in self.all),
+            camera=any(page.has_camera for page in self.all),
         )
 
     async def open(self, socket: WebSocket) -> None:
         """Serve a page until it is closed."""
         await socket.accept()
-        if len(self._pages) >= MOST_PAGES:
+        if len(self.all) >= MOST_PAGES:
             await socket.close(TRY_LATER, f"{MOST_PAGES} pages are already open")
             return
         page = OpenPage(socket, self._shown, is_read_only=self._is_read_only)
-        self._pages.add(page)
+        self.all.add(page)
         try:
             await page.serve()
         finally:
-            self._pages.discard(page)
-
-    def wake(self) -> None:
-        """Let each page send its changes."""
-        newest = (self._shown.board.revision, self._shown.picture)
-        if newest != self._sent:
-            self._sent = newest
-            for page in self._pages:
-                page.changed.set()
+            self.all.discard(page)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from typing import TYPE_CHECKING, Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -28,14 +30,22 @@ from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.page_requests import LONGEST
 from bt_mission.views.web.pages import OpenPages
 
+if TYPE_CHECKING:
+    from bt_mission.sessions.drive import StepDriver
+
 FRAME_S = 0.03
 """Wall time between two looks at what is new."""
 
-FAST_FRAME_S = 0.5
+FAST_FRAME_S = 0.25
 """The same beside a mission that runs as fast as possible: each look takes time from it."""
 
 IDLE_S = 0.5
 """The same as long as no page is open."""
+
+PASSES = 8
+"""Passes of the event loop between two turns of a mission that does not wait: the number from a
+page's request to the response.
+"""
 
 FRAMES = FrameRate(long_run_s=20.0, most=60)
 """The rate of messages of a page."""
@@ -99,36 +109,24 @@ class PageServer:
         self._server = GuardedServer(gate, connections, FRAMES, most_bytes=4 * LONGEST)
 
     async def serve(self, until: Callable[[], bool]) -> None:
-        """Serve, and look for changes many times a second, until a condition is true.
-
-        Raises:
-            Exception: An exception of the mission's view.
-        """
-        loop = asyncio.get_running_loop()
-        faults: list[Exception] = []
-
-        def frame() -> None:
-            try:
-                if until():
-                    self._server.should_exit = True
-                    return
-                loop.call_later(self._frame_s, frame)
-                self._look()
-            except Exception as error:  # noqa: BLE001 - raised again where it can be seen
-                faults.append(error)
-                self._server.should_exit = True
-
-        loop.call_soon(frame)
-        await self._server.serve([self._socket])
-        if faults:
-            raise faults[0]
+        """Serve until a condition is true; it is tested many times a second."""
+        async with self._serving() as serving:
+            while not (until() or serving.done()):
+                await asyncio.wait((serving,), timeout=self._frame_s)
 
     def close(self) -> None:
         """Listen no longer."""
         self._socket.close()
 
-    def _look(self) -> None:
-        """Look for changes, for pages; there are none if a page has all its data."""
+    @asynccontextmanager
+    async def _serving(self) -> AsyncIterator[asyncio.Task[None]]:
+        """Serve while it is entered; the task is done where the server has failed."""
+        serving = asyncio.create_task(self._server.serve([self._socket]))
+        try:
+            yield serving
+        finally:
+            self._server.should_exit = True
+            await serving
 
     async def _file(self, request: Request) -> Response:
         """Return a file of the page: a request's name is looked up, never opened."""
@@ -150,18 +148,46 @@ class WebServer(PageServer):
     def __init__(self, shown: LiveMission, options: WebOptions) -> None:
         self._shown = shown
         self.pages = OpenPages(shown, is_read_only=options.is_read_only)
-        self._since_look: Stopwatch | None = None
         index = render("views/web/page/index.html")
         super().__init__(index, options, WebSocketRoute("/live", self.pages.open))
 
     @override
-    def _look(self) -> None:
-        since = self._since_look
-        if since is not None and not self.pages.are_open and since.elapsed_s < IDLE_S:
-            return
-        self._since_look = Stopwatch()
-        self._shown.look(self.pages.panels)
-        self.pages.wake()
+    async def serve(self, until: Callable[[], bool], driver: StepDriver[Any] | None = None) -> None:
+        """Serve until a condition is true, and look for changes many times a second.
+
+        Args:
+            until: The condition.
+            driver: Takes the steps of a session of this process in between.
+
+        Raises:
+            Exception: An exception of the mission's view.
+        """
+        shown, pages = self._shown, self.pages
+        since: Stopwatch | None = None
+        sent: object = None
+        async with self._serving() as serving:
+            if driver is not None:
+                self._advance(driver)
+            while not (until() or serving.done()):
+                if since is None or pages.are_open or since.elapsed_s >= IDLE_S:
+                    since = Stopwatch()
+                    shown.look(pages.panels)
+                if sent != (sent := (shown.board.revision, shown.picture)):
+                    for page in pages.all:
+                        page.changed.set()
+                await asyncio.wait((serving,), timeout=self._frame_s)
+
+    def _advance(self, driver: StepDriver[Any], passes: int = 0) -> None:
+        """Take the steps that are due, again and again, with passes of the event loop between."""
+        loop = asyncio.get_running_loop()
+        if passes:
+            loop.call_soon(self._advance, driver, passes - 1)
+        elif not driver.is_over:
+            wait_s = driver.advance()
+            if wait_s > 0:
+                loop.call_later(wait_s, self._advance, driver)
+            else:
+                loop.call_soon(self._advance, driver, PASSES)
 
 
 @cache

@@ -192,7 +192,7 @@ def test_two_browsers_and_one_that_loses_its_connection(
             executive.change(1.0, drive="running")
             for screen in screens:
                 await screen.until("document.getElementById('node-3').dataset.status === 'running'")
-            for page in tuple(server.pages._pages):
+            for page in tuple(server.pages.all):
                 await page._socket.close(1012, "a test")
             executive.change(1.0, drive="success: there", turn_away="running")
             for screen in screens:
