@@ -471,7 +471,7 @@ def loaded(target: str) -> Any:
 
 def ways(kind: str) -> str:
     """Return the commands that take a kind of file, as words; ``{}`` stands for its path."""
-    return " or ".join(row.ways[kind] for row in rows().values() if kind in row.ways)
+    return " or ".join(row.ways[kind] for row in all_rows().values() if kind in row.ways)
 
 
 def brought_kinds(known: Mapping[str, CommandRow]) -> Mapping[str, FileFormat]:

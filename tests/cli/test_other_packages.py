@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import string
 import sys
 from collections.abc import Iterator
 
@@ -119,7 +120,8 @@ def test_a_package_brings_a_command(cli: CommandLine) -> None:
     assert cli.call(f"check {bad}") == 2
     assert "bad.yaml:1:8: error: expected a name [BT-9901]" in cli.err
     assert cli.call(f"run {good}") == 2
-    assert "is a greeting; expected a mission, a scenario or a fleet" in cli.err
+    assert "is a greeting; expected a mission, a scenario or a fleet; " in cli.err
+    assert f"use `bt-mission hello {good}` [BT-111]" in cli.err
     assert cli("explain 9901").startswith("BT-9901: Nobody to greet")
     assert "greeting" in cli("schema greeting")
     assert "Greets whoever a file names." in cli("docs hello")
@@ -133,3 +135,13 @@ def test_a_broken_row_is_reported(cli: CommandLine) -> None:
     assert "json:dumps: expected a CommandRow, got function" in cli.out
     assert "torn/errors.toml: TOMLDecodeError: " in cli.out
     assert "of other packages: hello" in cli.out
+
+
+def test_what_commands_add_exists() -> None:
+    """A misspelled point, or a name that is not there, would add nothing."""
+    known = {point.rstrip(string.ascii_uppercase).rstrip(".") for point in commands.POINTS}
+    for row in commands.ROWS:
+        for point, target in row.adds.items():
+            assert point.partition(".")[0] in known, (row.name, point)
+            assert commands.loaded(target) is not None
+        assert {commands.row_of(name).name for name in row.needs} == {*row.needs}
