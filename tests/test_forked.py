@@ -45,6 +45,12 @@ def test_before(): ...
 def test_ends(request):
     request.config.pluginmanager.register(Full())
 """
+HANGS = """
+import threading
+
+def test_hangs():
+    threading.Event().wait()
+"""
 DOMAIN = """
 import os
 
@@ -90,6 +96,14 @@ def test_a_fork_that_ends_by_an_error_tells_it(session: pytest.Pytester) -> None
     result = run(session, test_a=ENDS)
     result.assert_outcomes(passed=1, failed=1)
     result.stdout.fnmatch_lines(["*test_ends*", "its process ended with 1", "*no space left*"])
+
+
+def test_a_fork_that_hangs_tells_where(session: pytest.Pytester) -> None:
+    """With the stacks of its threads, which a log of many tests would otherwise hide."""
+    options = ("faulthandler_timeout=0.5", "faulthandler_exit_on_timeout=true")
+    result = run(session, "-o", options[0], "-o", options[1], test_a=HANGS, test_b=DOMAIN)
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(["*test_hangs*", "*ended with 1", "Timeout*", "*in test_hangs*"])
 
 
 @pytest.mark.thorough

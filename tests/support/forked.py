@@ -8,9 +8,11 @@ DDS domain and folder for temporary files. Where one dies, its test fails, and a
 
 from __future__ import annotations
 
+import faulthandler
 import gc
 import os
 import signal
+import tempfile
 import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -21,6 +23,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import pytest
+from _pytest.faulthandler import fault_handler_stderr_fd_key
 
 from bt_mission.testing.live_graph import own_domain
 
@@ -86,13 +89,13 @@ class Fork:
         there.close()
 
     def hold(self, outputs: tuple[int, ...]) -> None:
-        """Keep the files into which it captures output: they outlive it."""
+        """Keep the files with its output and the stacks of its threads: they outlive it."""
         with suppress(OSError):  # it has died
             files = Path(f"/proc/{self.pid}/fd")
             self._outputs = [(files / str(number)).open("rb") for number in outputs]
 
     def last_words(self) -> str:
-        """Return its traceback, and what was printed by the test with which it has ended."""
+        """Return its traceback, what the last test has printed, and the stacks at a hang."""
         texts = [self.error]
         for output in self._outputs:
             with output:
@@ -231,7 +234,7 @@ def _work(session: pytest.Session, connection: Connection, name: str) -> None:
 
 @contextmanager
 def _of_its_own(config: Any, name: str) -> Iterator[tuple[int, ...]]:
-    """Give a fork what it must not share. Yield the files into which its output is captured."""
+    """Give a fork what it must not share. Yield the files that tell how it has ended."""
     plugins = config.pluginmanager
     plugins.unregister(plugins.getplugin("terminalreporter"))
     capture = plugins.getplugin("capturemanager")
@@ -239,9 +242,13 @@ def _of_its_own(config: Any, name: str) -> Iterator[tuple[int, ...]]:
     capture.start_global_capturing()
     captured = capture._global_capturing
     files = [output.tmpfile for output in (captured.out, captured.err) if output is not None]
+    stacks = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - of a crash or a hang, as it ends
+    faulthandler.enable(stacks)
+    config.stash[fault_handler_stderr_fd_key] = stacks.fileno()
     folder = config._tmp_path_factory.getbasetemp() / name
     folder.mkdir(mode=0o700)
     config._tmp_path_factory._basetemp = folder
     with ExitStack() as stack:
         os.environ["ROS_DOMAIN_ID"] = str(stack.enter_context(own_domain()))
-        yield tuple(file.fileno() for file in files) if capture._method == "fd" else ()
+        printed = tuple(file.fileno() for file in files) if capture._method == "fd" else ()
+        yield (*printed, stacks.fileno())
