@@ -9,6 +9,9 @@ from typing import Any
 
 from bt_mission.base.code_owner import owner_of
 
+FAILED = "BT-903"
+"""The code of a callback that raised an exception."""
+
 
 class BtMissionError(Exception):
     """An error that a user can act on, with the reason in its message.
@@ -95,6 +98,8 @@ def cause_of(error: Exception) -> str:
 
 
 def callback_failure(error: Exception) -> str:
-    """Return that a callback raised this error, in one line with a code."""
-    code = "" if isinstance(error, BtMissionError) and error.code else " [BT-903]"
-    return f"a callback failed: {cause_of(error)}{code}"
+    """Return that a callback raised this error, or that it has a code of its own, in one line."""
+    code = error.code if isinstance(error, BtMissionError) else ""
+    if code not in ("", FAILED):
+        return cause_of(error)
+    return f"a callback failed: {cause_of(error)}{'' if code else f' [{FAILED}]'}"

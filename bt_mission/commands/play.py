@@ -79,6 +79,7 @@ def play(options: argparse.Namespace) -> int:
         print("\n".join([played.verdict, *played.flaws, *recording.file_lines(kept)]))
     if played.why in ("limit", "interrupted"):
         return TIMED_OUT if played.why == "limit" else INTERRUPTED
+    is_wrong = is_wrong or played.why == "failed"
     codes = [code for code in played.exit_codes.values() if code is not None]
     return max(codes, default=SUCCESS) or (MISSION_FAILED if is_wrong else SUCCESS)
 
@@ -88,7 +89,8 @@ COMMANDS = {
         play,
         "Runs programs that use rclpy, unchanged, with a simulated robot and the action servers of "
         "bt-mission, on the virtual clock: your server and your client, or a client alone. It "
-        "ends with the last program, or when those that remain only wait to be asked. Ctrl-C is "
+        "ends with the last program, or when those that remain only wait to be asked: a server "
+        "whose client has ended, unless --for is given. Ctrl-C is "
         "sent to all programs; a second one ends the run.",
         (
             Option(
@@ -117,8 +119,8 @@ COMMANDS = {
             *web_options("tui"),
             *recording.RECORDING_OPTIONS,
         ),
-        "exit codes: the highest of the programs; 1 with --strict, or if a file is incomplete, 2 "
-        "bad input, 124 after --for, 130 interrupted",
+        "exit codes: the highest of the programs; 1 in a deadlock, with --strict, or if a file is "
+        "incomplete, 2 bad input, 124 after --for, 130 interrupted",
         passes_on=True,
         leaves_at_once=True,
     )

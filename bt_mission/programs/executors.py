@@ -121,6 +121,11 @@ class ProgramExecutor(Executor):
 
     # ---- threads -------------------------------------------------------------------------
 
+    @property
+    def is_spinning(self) -> bool:
+        """Whether the program waits in it, or it serves by itself."""
+        return any(not spin.wait.over.is_over for spin in self._spins)
+
     def free(self) -> Spin | None:
         """Return what can serve a callback now."""
         for spin in reversed(self._spins):

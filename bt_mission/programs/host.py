@@ -29,6 +29,7 @@ from bt_mission.programs.executors import (
     Waker,
 )
 from bt_mission.programs.goals import ServedGoals
+from bt_mission.programs.idle import is_idle
 from bt_mission.programs.mains import MainProgram
 from bt_mission.programs.remarks import Remarks
 from bt_mission.programs.stuck import find_stuck, refuse_standstill
@@ -43,9 +44,6 @@ STEP_NS = 1_000_000
 """That step."""
 
 LOOPS = "loops"
-
-_OWN_TOPICS = ("/parameter_events", "/clock")
-"""Topics to which rclpy itself subscribes."""
 
 _RAISE = opmap["RAISE_VARARGS"]
 
@@ -175,10 +173,11 @@ class ProgramHost:
             return True
         if self._spin_for(node) is None:
             holders = [call for each in self._executors[node] for call in each.blocked]
-            self.remarks.refuse(entity, holders, by_group=False)
+            self.remarks.refuse(entity, node, holders, by_group=False)
             return False
         if not entity.callback_group.can_execute(entity):
-            self.remarks.refuse(entity, self.holders_of(entity.callback_group), by_group=True)
+            holders = self.holders_of(entity.callback_group)
+            self.remarks.refuse(entity, node, holders, by_group=True)
             return False
         return True
 
@@ -399,7 +398,12 @@ class ProgramHost:
         before.set_result(None)
 
     def _end(self, program: Program) -> None:
-        """End the rest of a program: daemon threads, callbacks, nodes, executors."""
+        """End the rest of a program: daemon threads, callbacks, nodes, executors.
+
+        What they print then is not shown: the end of a process runs none of their code.
+        """
+        if isinstance(program, MainProgram):
+            program.output.close()
         for call in [call for call in self.calls if call.program is program]:
             self._kill(call)
         for executor in [each for each in self.executors if each.program is program]:
@@ -523,19 +527,11 @@ class ProgramHost:
         """Return the full name of the action of a server."""
         return self.clock.actions_of(server)[0]
 
-    @property
-    def is_idle(self) -> bool:
-        """Whether nothing is due for programs: no wait, no timer, no message."""
-        waits = (call.wait for call in self.calls)
-        if any(wait is None or wait.is_timed or wait.over.is_over for wait in waits):
-            return False
-        return not any(
-            any(not timer.is_canceled() for timer in node.timers)
-            or any(each.topic_name not in _OWN_TOPICS for each in node.subscriptions)
-            or any(client._pending_requests for client in node.clients)
-            or any(map(_awaits_answers, node.waitables))
-            for node in self._programs
-        )
+    def is_idle(self, *, only_serves: bool = False) -> bool:
+        """Return whether nothing is due for programs: see :func:`.idle.is_idle`."""
+        busy = {goal.server for goal in self.goals.all if goal.ended_s is None}
+        serves = (lambda program: program.name not in busy) if only_serves else None
+        return is_idle(self.calls, self._programs, serves)
 
     def compare_qos(self, nodes: Sequence[Node]) -> None:
         """Say which publishers and subscriptions of programs do not match, since some are new."""
@@ -574,10 +570,14 @@ class ProgramHost:
         """End all calls: their code runs ``finally`` and no more; and all whole programs."""
         self.remarks.close()
         self.is_over = True
+        running = [*self._programs.values(), *(call.program for call in self.calls)]
+        mains = dict.fromkeys(each for each in running if isinstance(each, MainProgram))
+        for program in mains:
+            program.output.end()
+            program.output.close()
         for call in tuple(self.calls):
             self._kill(call)
-        mains = [each for each in self._programs.values() if isinstance(each, MainProgram)]
-        for program in dict.fromkeys(mains):
+        for program in mains:
             self._end(program)
         for executor in tuple(self.executors):
             executor.shutdown()
@@ -606,15 +606,6 @@ def _is_raised(error: BaseException) -> bool:
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     return trace is not None and trace.tb_frame.f_code.co_code[trace.tb_lasti] == _RAISE
-
-
-def _awaits_answers(waitable: Any) -> bool:
-    """Return whether something is a client of an action that has asked for anything."""
-    return isinstance(waitable, ActionClient) and bool(
-        waitable._pending_goal_requests
-        or waitable._pending_cancel_requests
-        or waitable._pending_result_requests
-    )
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,57 @@ import ctypes
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
-from typing import Any
+from typing import Any, ClassVar
 
+from rclpy.clock import Clock
+from rclpy.impl import rcutils_logger
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.logging import LoggingSeverity
+from rclpy.time import Time
+from typing_extensions import override
 
 from bt_mission.base.code_owner import owner_of
 from bt_mission.programs.calls import current_call
+
+_LONG_AGO_NS = 1 << 60
+"""What virtual time counts from for lines that are throttled: the first one is always due."""
+
+
+_CLOCK = "throttle_time_source_type"
+_real_clock = rcutils_logger.Throttle.params[_CLOCK]
+
+
+class _PresentClock(Clock):
+    """The clock with which rclpy throttles lines of a log: virtual in the code of programs.
+
+    It equals that of rclpy, since the log refuses another clock for the same line.
+    """
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether lines are throttled by the same clock."""
+        return other is self or other is _real_clock
+
+    def __hash__(self) -> int:
+        """Return that of rclpy's clock."""
+        return hash(_real_clock)
+
+    @override
+    def now(self) -> Time:
+        call = current_call()
+        if call is None:
+            return super().now()
+        now_ns = call.program.host.clock.now_ns
+        return Time(nanoseconds=_LONG_AGO_NS + now_ns, clock_type=self.clock_type)
+
+
+class Throttle(rcutils_logger.Throttle):  # type: ignore[misc]  # untyped
+    """``throttle_duration_sec`` of the log."""
+
+    params: ClassVar[dict[str, Any]] = {**rcutils_logger.Throttle.params, _CLOCK: _PresentClock()}
+
+
+FILTERS = {**rcutils_logger.supported_filters, "throttle": Throttle}
+"""The filters of the log of rclpy, by name."""
 
 
 class RclpyOfLogs:

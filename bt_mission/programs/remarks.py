@@ -14,6 +14,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.subscription import Subscription
 
 from bt_mission.base.clock_watch import callback_in
 from bt_mission.base.ros_log import log_of
@@ -29,9 +30,13 @@ WAITED_NS = 500_000_000
 """A request that has waited this long is worth a line, ns."""
 
 LOOPED_NS = 2_000_000_000
-"""So is a callback that has looped this long without waiting, ns."""
+"""So is a callback that has looped this long without waiting, ns, and are messages that have waited
+this long."""
 
 NAMES = {"cancel": "cancel request", "goal": "goal request"}
+
+QUIET = ("/parameter_events", "/clock")
+"""Topics to which rclpy itself subscribes."""
 
 
 @dataclass
@@ -42,33 +47,53 @@ class _Refused:
     """When its requests came."""
 
 
+def _why(holders: Sequence[Call], of_group: str) -> str:
+    """Say what holds the threads of an executor, or the group of an entity, and what to do."""
+    if of_group:
+        threads = (
+            f"the callback group of the {of_group}; give the {of_group} a ReentrantCallbackGroup"
+        )
+    elif len(holders) == 1:
+        threads = (
+            "the only thread of its executor; use a MultiThreadedExecutor and a "
+            "ReentrantCallbackGroup"
+        )
+    else:
+        threads = f"one of the {len(holders)} threads of its executor, all busy; use more threads"
+    return f"{what_of(holders[0])} in {threads}"
+
+
 class Remarks:
     """Finds what is worth a line in the log of a node."""
 
     def __init__(self, clock: VirtualTimeExecutor) -> None:
         self._clock = clock
         self._refused: dict[int, _Refused] = {}
+        self._starved_ns: dict[int, int] = {}
+        """Since when messages of a subscription wait, by its identity."""
         self._lines: set[tuple[str, str]] = set()
 
-    def refuse(self, entity: Any, holders: Sequence[Call], *, by_group: bool) -> None:
-        """Note that an action server has to wait for these calls, if it is one."""
-        if not isinstance(entity, ActionServer) or not holders:
+    def refuse(self, entity: Any, node: Node, holders: Sequence[Call], *, by_group: bool) -> None:
+        """Note that an action server or a subscription has to wait for these calls."""
+        if not holders:
             return
-        refused = self._refused.get(id(entity)) or self._new(entity, holders, by_group=by_group)
-        new = self._clock.arrivals.count_of(entity) - len(refused.times_ns)
-        refused.times_ns += [self._clock.now_ns] * new
-
-    def _new(self, entity: ActionServer, holders: Sequence[Call], *, by_group: bool) -> _Refused:
-        why = f"{what_of(holders[0])} in " + (
-            "the callback group of the server; give the server a ReentrantCallbackGroup"
-            if by_group
-            else "the only thread of its executor; use a MultiThreadedExecutor and a "
-            "ReentrantCallbackGroup"
-            if len(holders) == 1
-            else f"one of the {len(holders)} threads of its executor, all busy; use more threads"
-        )
-        self._refused[id(entity)] = refused = _Refused(entity, why)
-        return refused
+        now_ns = self._clock.now_ns
+        if isinstance(entity, ActionServer):
+            refused = self._refused.get(id(entity))
+            if refused is None:
+                why = _why(holders, "server" if by_group else "")
+                refused = self._refused[id(entity)] = _Refused(entity, why)
+            new = self._clock.arrivals.count_of(entity) - len(refused.times_ns)
+            refused.times_ns += [now_ns] * new
+        elif isinstance(entity, Subscription):
+            since_ns = self._starved_ns.setdefault(id(entity), now_ns)
+            if since_ns >= 0 and now_ns - since_ns >= LOOPED_NS and entity.topic_name not in QUIET:
+                self._starved_ns[id(entity)] = -1
+                self._say(
+                    node,
+                    f"messages of {entity.topic_name} have waited {LOOPED_NS / NS:g} s: "
+                    f"{_why(holders, 'subscription' if by_group else '')} [{LATE}]",
+                )
 
     def close(self) -> None:
         """Say which cancel requests have waited until now."""
@@ -95,6 +120,7 @@ class Remarks:
 
     def serve(self, entity: Any, node: Node, waiting: Sequence[Call]) -> None:
         """Say that a node needs several threads, where callbacks wait while another one runs."""
+        self._starved_ns.pop(id(entity), None)
         for call in waiting:
             if call.entity is not entity:
                 self._say(

@@ -159,7 +159,10 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
     (rclpy.context, {"Context": ProgramContext}),
     (utilities, {"Context": ProgramContext}),
     (rclpy.node, {"_rclpy": RclpyOfNodes()}),
-    (rclpy.impl.rcutils_logger, {"_rclpy": logs.RclpyOfLogs()}),
+    (
+        rclpy.impl.rcutils_logger,
+        {"_rclpy": logs.RclpyOfLogs(), "supported_filters": logs.FILTERS},
+    ),
     (atexit, {"register": _at_exit}),
     (
         rclpy.executors,

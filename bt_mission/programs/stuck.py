@@ -58,7 +58,7 @@ def find_stuck(
         own = [call for call in waiting if call.program is program]
         if _is_stuck(calls, executors_of(program), own):
             known.update(own)
-            raise DeadlockError(_text(own, "; no thread of its executors is free"))
+            raise DeadlockError(_text(own, _remedy(executors_of(program))))
 
 
 def refuse_standstill(calls: Iterable[Call]) -> None:
@@ -74,6 +74,15 @@ def refuse_standstill(calls: Iterable[Call]) -> None:
     ]
     if waiting:
         raise DeadlockError(_text(waiting, "; nothing else will ever happen"))
+
+
+def _remedy(executors: Sequence[ProgramExecutor]) -> str:
+    """Say why nothing is served, and what to do."""
+    if not any(executor.is_spinning for executor in executors):
+        return "; nothing spins its executors any more"
+    several = any(executor.hands_over for executor in executors)
+    advice = "one with more threads" if several else "a MultiThreadedExecutor"
+    return f"; no thread of its executors is free: use {advice} and a ReentrantCallbackGroup"
 
 
 def _text(calls: Sequence[Call], why: str) -> str:

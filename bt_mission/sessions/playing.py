@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
-from bt_mission.base.errors import BtMissionError
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.stamps import NS
 from bt_mission.base.wall_clock import Pacer
@@ -30,6 +29,7 @@ WHY = {
     "idle": "the programs that remain only wait to be asked, and nobody will ask them",
     "limit": "the time is over",
     "interrupted": "interrupted",
+    "failed": "failed",
 }
 """Why programs have ended, for people."""
 
@@ -42,7 +42,8 @@ class Played:
         exit_codes: Of each program, by its name; None for one that has not ended.
         time_s: Virtual time, s.
         lines: What they have printed: time s, name, line.
-        why: Why it has ended: ``ended``, ``idle``, ``limit`` or ``interrupted``.
+        why: Why it has ended: ``ended``, ``idle``, ``limit``, ``interrupted`` or ``failed``.
+        failure: Why they cannot continue, such as a deadlock.
         flaws: A line for each callback that has held the clock.
     """
 
@@ -50,12 +51,13 @@ class Played:
     time_s: float = 0.0
     lines: list[tuple[float, str, str]] = field(default_factory=list)
     why: str = "ended"
+    failure: str = ""
     flaws: list[str] = field(default_factory=list)
 
     @property
     def verdict(self) -> str:
         """Why it has ended, in one line."""
-        return f"{self.time_s:g} s: {WHY[self.why]}"
+        return f"{self.time_s:g} s: {self.failure or WHY[self.why]}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields by name, ready for JSON."""
@@ -68,12 +70,13 @@ class Playing:
     Args:
         programs: Files, modules or console scripts, each with its own arguments after a space.
         arguments: For all of them.
-        limit_s: Virtual time, s.
+        limit_s: Virtual time, s. Without it, programs that only serve have nothing to do when
+            another one has ended.
         say: Receives each line that they print: time s, name, line.
         options: Of the stage.
 
     Raises:
-        BtMissionError: A program cannot be used, or a callback cannot continue.
+        BtMissionError: A program cannot be used.
     """
 
     def __init__(
@@ -145,7 +148,7 @@ class Playing:
                     stage.interrupt_programs()
                     continue
                 left = next((each.why_left for each in onlookers if each.why_left), None)
-                if interrupts.count > 1 or left or stage.has_idle_programs:
+                if interrupts.count > 1 or left or self._is_idle():
                     is_idle = not (was_interrupted or left)
                     played.why = "idle" if is_idle else "interrupted"
                     break
@@ -155,13 +158,19 @@ class Playing:
                 stage.step()
                 played.time_s = (stage.now_ns - START_NS) / NS
                 if stage.is_done:
-                    raise BtMissionError(stage.runs[0].executive.reason, code="BT-903")
+                    played.why, played.failure = "failed", stage.runs[0].executive.reason
+                    break
                 while speed is not None and not interrupts.count:
                     if (ahead_s := pacer.ahead_s(stage.now_ns)) <= 0:
                         break
                     yield ahead_s
                 yield 0.0
         return played
+
+    def _is_idle(self) -> bool:
+        """Return whether nothing will happen any more; a client that has ended asks for nothing."""
+        has_ended = any(code is not None for code in self.played.exit_codes.values())
+        return self.stage.has_idle_programs(only_serve=has_ended and self._limit_s is None)
 
     def _take(self, name: str, time_s: float, line: str) -> None:
         self.played.lines.append((time_s, name, line))

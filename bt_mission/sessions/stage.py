@@ -339,10 +339,13 @@ class Stage(Session):
         """The goals that action servers have got since there are programs, in their order."""
         return () if self._host is None else self._host.goals.all
 
-    @property
-    def has_idle_programs(self) -> bool:
-        """Whether no program will do anything unless another one asks for it."""
-        return self._host is None or self._host.is_idle
+    def has_idle_programs(self, *, only_serve: bool) -> bool:
+        """Return whether no program will do anything unless another one asks for it.
+
+        Args:
+            only_serve: Programs with servers keep the messages that they get for requests.
+        """
+        return self._host is None or self._host.is_idle(only_serves=only_serve)
 
     def _progress(self) -> int:
         resumed = 0 if self._host is None else self._host.switches

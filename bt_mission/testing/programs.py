@@ -96,6 +96,7 @@ class ProgramRun:
             ended: Callable[[object], bool] = lambda _: self.exit_code is not None  # noqa: E731
             self.run.until(ended, within=within)
         assert self.exit_code is not None, "the run has reached its end"
+        self.run.was_moved = True  # it may have ended at its start
         return self.exit_code
 
     def _take(self, time_s: float, text: str) -> None:

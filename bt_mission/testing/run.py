@@ -89,7 +89,8 @@ class Run(Assertions):
         self._pending: list[PendingActions] = []
         self._beats = 0
         self._is_closed = False
-        self._was_moved = False
+        self.was_moved = False
+        """Whether the test has run it, or a program beside it to its end."""
         self.stopped_s: float | None = None
         """When the test ended it, s since the start; None if it ended alone."""
 
@@ -342,7 +343,7 @@ class Run(Assertions):
         """
         if self._is_closed:
             return ()
-        self._was_moved = self.stage.executive.cycles > 0
+        self.was_moved = self.was_moved or self.stage.executive.cycles > 0
         try:
             if self.status == "running":
                 self.stopped_s = self.t
@@ -383,7 +384,7 @@ class Run(Assertions):
     @property
     def untested(self) -> Iterator[str]:
         """A line for each thing that the test has prepared and that has not happened."""
-        if not self._was_moved:
+        if not self.was_moved:
             yield f"the run of '{self.mission.name}' was never moved: call run.until_done()"
             return
         for pending in self._pending:

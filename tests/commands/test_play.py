@@ -31,6 +31,44 @@ def test_a_server_and_a_client_are_played(
     assert (played["time_s"], played["why"]) == (line[0], "idle")
 
 
+def test_a_deadlock_ends_the_run(cli: CommandLine, tmp_path: Path) -> None:
+    """It is named with what helps; the end of the run prints nothing more of the programs."""
+    server = (CODE / "sleepy_server.py").read_text(encoding="utf-8")
+    program, client = tmp_path / "rate.py", CODE / "impatient_client.py"
+    program.write_text(server.replace("time.sleep(1)", "self.create_rate(2).sleep()"))
+    played = json.loads(cli(f"play {program} {client} --json", 1))
+    assert played["lines"] == [[0.0, "impatient_client", "feedback 1"]]
+    assert (played["why"], played["time_s"]) == ("failed", 0.05)
+    assert played["failure"] == (
+        "a deadlock: <module> (rate.py:46) spins, and FibonacciServer.execute (rate.py:32) sleeps "
+        "on a rate; no thread of its executors is free: use a MultiThreadedExecutor and a "
+        "ReentrantCallbackGroup [BT-919]"
+    )
+
+
+def test_a_server_that_listens_to_the_robot_ends_with_its_client(
+    cli: CommandLine, tmp_path: Path
+) -> None:
+    """What it hears, and a rate on which nothing sleeps, are for goals; with --for it goes on."""
+    server = (CODE / "sleepy_server.py").read_text(encoding="utf-8")
+    program, client = tmp_path / "listens.py", CODE / "impatient_client.py"
+    program.write_text(
+        "from nav_msgs.msg import Odometry\n"
+        + server.replace(
+            "        self.server =",
+            "        self.rate = self.create_rate(10)\n"
+            "        self.create_subscription(Odometry, 'odom', lambda _: None, 10)\n"
+            "        self.server =",
+        ).replace("time.sleep(1)", "[self.rate.sleep() for _ in range(10)]"),
+        encoding="utf-8",
+    )
+    words = f"play '{program} --threads' {client} --json"
+    played = json.loads(cli(words))
+    assert (played["why"], played["time_s"]) == ("idle", 5.0)
+    played = json.loads(cli(f"{words} --for 6", 124))
+    assert (played["why"], played["time_s"]) == ("limit", 6.0)
+
+
 def test_a_program_uses_the_robot_until_its_time_is_over(cli: CommandLine, tmp_path: Path) -> None:
     """Scans and our action servers are there; what it prints has its time."""
     program = tmp_path / "listens.py"

@@ -286,6 +286,14 @@ ENDS = [
 
 
 EXACT = [
+    # Throttled lines of the log have their time, and the first one is shown.
+    (
+        (
+            f"{NODE}import time\nfor _ in range(9):\n"
+            "    node.get_logger().info('line', throttle_duration_sec=2)\n    time.sleep(0.5)\n"
+        ),
+        [(time_s, "[INFO] [n]: line") for time_s in (0.0, 2.0, 4.0)],
+    ),
     # What a callback in another thread changes ends a loop that does not wait.
     (
         (
@@ -384,6 +392,21 @@ def test_a_program_does_the_same_as_on_a_robot(run: Any, code: str, lines: Any) 
 
 
 REMARKS = [
+    # A callback that polls what another one would set.
+    (
+        (
+            f"{NODE}import time\nfrom std_msgs.msg import Empty\n"
+            "node.create_subscription(Empty, 'e', print, 10)\n"
+            "publisher = node.create_publisher(Empty, 'e', 10)\n"
+            "def drive():\n    for _ in range(30):\n        publisher.publish(Empty())\n"
+            "        time.sleep(0.1)\n    exit()\n"
+            "node.create_timer(0.5, drive)\nrclpy.spin(node)\n"
+        ),
+        (
+            "messages of /e have waited 2 s: drive (program.py:11) sleeps in the only thread of "
+            "its executor; use a MultiThreadedExecutor and a ReentrantCallbackGroup [BT-920]"
+        ),
+    ),
     (
         (
             f"{NODE}import threading\nseen = []\n"

@@ -49,6 +49,15 @@ def test_a_server_and_a_client_are_tested(
     assert stage.runs[0].check("always clearance > 0.1")
 
 
+def test_a_program_may_end_at_its_start(stage: Stages, tmp_path: Path) -> None:
+    """The test has run it to its end, though nothing else moved."""
+    program = tmp_path / "ends.py"
+    program.write_text("import rclpy\nrclpy.init()\nprint('end')\n", encoding="utf-8")
+    ended = stage.program(program)
+    assert (ended.until_done(), ended.text) == (0, "end\n")
+    assert list(ended.run.untested) == []
+
+
 def test_copies_of_a_program_have_their_own_goals(stage: Stages) -> None:
     """The second one has another name."""
     stage.program(CODE / "sleepy_server.py", arguments=["--threads"])
