@@ -12,6 +12,8 @@ from typing import Any, Self
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.stamps import NS
 from bt_mission.base.wall_clock import Pacer
+from bt_mission.executive.events.events import LogLine
+from bt_mission.executive.status import MissionStatus
 from bt_mission.language.plugins import called_program, words_of
 from bt_mission.programs.mains import WholeProgram
 from bt_mission.sessions.drive import Steps
@@ -20,7 +22,7 @@ from bt_mission.sessions.session import Onlooker
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_robot import StageOptions
 
-MISSION = "mission: play\nworld: empty_arena\ntree: {wait: 1000000}\n"
+MISSION = "mission: play\nworld: empty_arena\ntree: {wait: 1000000, name: programs}\n"
 """Waits for longer than any program."""
 
 
@@ -95,6 +97,7 @@ class Playing:
         names = [each.module.rpartition(".")[2] or each.file.stem for each in called]
         self.played = Played(dict.fromkeys(_told_apart(names)))
         self._say, self._limit_s = say, limit_s
+        self._new_lines: list[LogLine] = []
         whole = [
             WholeProgram(
                 each.file,
@@ -156,9 +159,14 @@ class Playing:
                     played.why = "limit"
                     break
                 stage.step()
+                self._log()
                 played.time_s = (stage.now_ns - START_NS) / NS
                 if stage.is_done:
-                    played.why, played.failure = "failed", stage.runs[0].executive.reason
+                    executive = stage.executive
+                    if executive.status is MissionStatus.FAILURE:
+                        played.why, played.failure = "failed", executive.reason
+                    else:  # by who looks on
+                        played.why = "interrupted"
                     break
                 while speed is not None and not interrupts.count:
                     if (ahead_s := pacer.ahead_s(stage.now_ns)) <= 0:
@@ -174,7 +182,14 @@ class Playing:
 
     def _take(self, name: str, time_s: float, line: str) -> None:
         self.played.lines.append((time_s, name, line))
+        self._new_lines.append(LogLine(START_NS + round(time_s * NS), f"{name}: {line}"))
         self._say(time_s, name, line)
+
+    def _log(self) -> None:
+        """Pass new lines to the log that pages, screens, reports and recordings show."""
+        lines, self._new_lines = self._new_lines, []
+        for line in lines:
+            self.stage.executive.events.emit(line)
 
 
 def _told_apart(names: Sequence[str]) -> list[str]:

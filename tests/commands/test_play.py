@@ -95,7 +95,10 @@ def test_a_program_uses_the_robot_until_its_time_is_over(cli: CommandLine, tmp_p
     out = cli(f"play {program} --for 2 --fault 'at 1.0: drop scan' --speed 1000 {kept}", 124)
     assert 0 < out.count("listens: scan") < scans - 3
     assert out.endswith(f"  recorded to {tmp_path}/run.mcap\n  report: {tmp_path}/run.html\n")
-    assert "fault 1 begins: drop topic scan" in cli(f"replay {tmp_path}/run.mcap")
+    shown = cli(f"replay {tmp_path}/run.mcap")
+    assert "fault 1 begins: drop topic scan" in shown
+    assert "    0.25 s    listens: True\n" in shown
+    assert shown.count("listens: scan") == out.count("listens: scan")
 
 
 def test_a_program_may_be_a_module_or_a_console_script(
