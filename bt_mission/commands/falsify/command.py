@@ -32,7 +32,7 @@ from bt_mission.cli.options import (
     nature_option,
 )
 from bt_mission.cli.outputs import refuse_used_folder
-from bt_mission.cli.parser import Command, Option, each
+from bt_mission.cli.parser import Command, Option
 from bt_mission.cli.workers import (
     WORKER_OPTIONS,
     base_changes,
@@ -45,20 +45,12 @@ if TYPE_CHECKING:
     from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.commands.falsify.result import CounterexampleFiles
     from bt_mission.commands.falsify.search import Counterexample, SearchState
-    from bt_mission.commands.falsify.session import (
-        CoverSession,
-        CoverState,
-        SearchOptions,
-        SearchSession,
-    )
+    from bt_mission.commands.falsify.session import SearchOptions, SearchSession
     from bt_mission.scenarios.concrete.base_scenario import BaseScenario
     from bt_mission.scenarios.concrete.ranges import RangesFile
     from bt_mission.scenarios.concrete.row import ScenarioRow
     from bt_mission.scenarios.concrete.worker import ScenarioRunner
-    from bt_mission.views.terminal.progress import Progress
 
-STRATEGIES = ("optuna", "random")
-"""The first is the default."""
 SOUGHT = {
     "violated": "no violated requirement",
     "failed": "no mission that fails",
@@ -72,7 +64,6 @@ EPILOG = """\
 examples:
   bt-mission falsify explore                    search for a violated requirement
   bt-mission falsify explore --find collision   ... for a collision
-  bt-mission falsify explore --cover            search for parts of the tree that no run reaches
   bt-mission falsify mine.yaml --require safe.yaml --within ranges.yaml --budget 200
   bt-mission falsify mine.yaml --reference good.yaml --keep-going 5
                                                 up to five causes that do not affect good.yaml
@@ -114,11 +105,9 @@ def falsify(options: argparse.Namespace) -> int:
         from bt_mission.commands.falsify.reference import load_reference
 
         good = load_reference(options.reference, base, ranges)
-    folder = None if options.cover else _folder(options, base)
+    folder = _folder(options, base)
     prepare_middleware()
     with InterruptSignals(most=1) as interrupts:
-        if folder is None:
-            return _cover(base, ranges, options, interrupts)
         session = _searched(base, good, ranges, options, interrupts)
     return _tell_search(session, folder, options)
 
@@ -139,6 +128,7 @@ def _searched(
     from bt_mission.scenarios.concrete.worker import ScenarioWorker
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.runner import silence_logs
+    from bt_mission.views.terminal.progress import Progress
 
     def watch(state: SearchState) -> bool:
         if state.runs == 1 and session.as_it_is is not None:
@@ -154,40 +144,17 @@ def _searched(
             worker = stack.enter_context(ScenarioWorker(good.bundle, run))
             reference = Reference(good, worker)
         session = SearchSession(base, ranges, _search_options(options), watch, reference)
-        progress = _progress(options, base, lambda: _search_notes(session.state))
+        progress = Progress(
+            base.mission.name,
+            options.budget,
+            lambda: (_search_notes(session.state), ()),
+            sys.stderr,
+            unit="runs",
+        )
         stack.enter_context(progress)
         if _is_cut_short(base, session.run, options, interrupts):
             session.state.is_interrupted = True
     return session
-
-
-def _progress(
-    options: argparse.Namespace, base: BaseScenario, notes: Callable[[], list[str]]
-) -> Progress:
-    from bt_mission.views.terminal.progress import Progress
-
-    name, budget = base.mission.name, options.budget
-    return Progress(name, budget, lambda: (notes(), ()), sys.stderr, unit="runs")
-
-
-def _cover(
-    base: BaseScenario,
-    ranges: RangesFile,
-    options: argparse.Namespace,
-    interrupts: InterruptSignals,
-) -> int:
-    """Drive towards what was not reached; gives the exit code."""
-    from bt_mission.commands.falsify.session import CoverSession
-
-    def watch(state: CoverState) -> bool:
-        progress.show(state.runs)
-        return not interrupts.count
-
-    session = CoverSession(base, ranges, _search_options(options), watch)
-    with _progress(options, base, lambda: [f"{_reached(session.state)} reached"]) as progress:
-        if _is_cut_short(base, session.run, options, interrupts):
-            session.state.is_interrupted = True
-    return _tell_cover(session, options)
 
 
 def _search_options(options: argparse.Namespace) -> SearchOptions:
@@ -196,7 +163,6 @@ def _search_options(options: argparse.Namespace) -> SearchOptions:
     return SearchOptions(
         options.find,
         options.budget,
-        options.strategy,
         options.search_seed,
         options.simplify,
         options.keep_going,
@@ -333,7 +299,6 @@ def _search_as_dict(
     return {
         "mission": session.base.mission.name,
         "searched_for": session.aim,
-        "strategy": options.strategy,
         "search_seed": options.search_seed,
         "budget": options.budget,
         "runs": state.runs,
@@ -418,67 +383,6 @@ def _files_of(files: CounterexampleFiles) -> list[str]:
     ]
 
 
-def _reached(state: CoverState) -> str:
-    """Return how much was reached."""
-    return f"{len(state.record.reached)} of {len(state.record.names)} places"
-
-
-def _tell_cover(session: CoverSession, options: argparse.Namespace) -> int:
-    """Say what was reached, and what was not; gives the exit code."""
-    state = session.state
-    if options.json:
-        print(json.dumps(_cover_as_dict(session, options)))
-    else:
-        print("\n".join(_cover_lines(session)))
-    return INTERRUPTED if state.is_interrupted else SUCCESS
-
-
-def _cover_as_dict(session: CoverSession, options: argparse.Namespace) -> dict[str, Any]:
-    state = session.state
-    return {
-        "mission": session.base.mission.name,
-        "searched_for": "coverage",
-        "strategy": options.strategy,
-        "search_seed": options.search_seed,
-        "budget": options.budget,
-        "runs": state.runs,
-        "errors": state.errors,
-        "interrupted": state.is_interrupted,
-        "places": len(state.record.names),
-        "reached": list(state.record.reached),
-        "missing": list(state.record.missing),
-        "scenarios": [
-            {
-                "run": row.number,
-                "seed": row.seed,
-                "parameters": dict(row.parameters),
-                "faults": list(row.faults),
-                "reached_first": list(new),
-            }
-            for _, row, new in state.first
-        ],
-    }
-
-
-def _cover_lines(session: CoverSession) -> list[str]:
-    state = session.state
-    errors = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
-    runs = counted(state.runs, "run")
-    lines = [
-        f"{session.base.mission.name}: {_reached(state)} of the tree reached in {runs}{errors}"
-    ]
-    for _, row, new in state.first[1:]:
-        faults = "; ".join(row.faults) or "no fault"
-        lines.append(f"  {', '.join(new)}")
-        lines.append(f"    first with seed {row.seed}, {faults}")
-    if state.record.missing:
-        lines.append("never reached:")
-        lines += [f"  {missing}" for missing in state.record.missing]
-    return lines
-
-
-_NOT_COVERED = each("cover", why="it lists what was reached")
-
 COMMANDS = {
     "falsify": Command(
         falsify,
@@ -501,38 +405,24 @@ COMMANDS = {
                 "what to search for (default: a violated requirement; anything if the mission "
                 "has no requirements)",
                 choices=tuple(SOUGHT),
-                excludes=_NOT_COVERED,
-            ),
-            Option(
-                "--cover",
-                "search for runs that reach new nodes, outcomes and branches of the tree, and "
-                "list those never reached",
             ),
             Option(
                 "--reference GOOD.yaml",
                 "a correct mission; scenarios that also break this one do not count",
                 input_file,
                 takes=RUNS,
-                excludes=_NOT_COVERED,
             ),
             Option(
                 "--keep-going N",
                 "continue until N different causes are found (default: 1)",
                 count,
                 1,
-                excludes=_NOT_COVERED,
             ),
             Option(
                 "--within RANGES.yaml",
                 "a file with the ranges of what varies",
                 input_file,
                 takes=("ranges",),
-            ),
-            Option(
-                "--strategy",
-                f"method of choosing scenarios (default: {STRATEGIES[0]})",
-                choices=STRATEGIES,
-                default=STRATEGIES[0],
             ),
             Option(
                 "--search-seed SEED",
@@ -558,7 +448,6 @@ COMMANDS = {
                 "-o --output FOLDER",
                 "folder for the result (default: found/NAME, or found/NAME_2 if that exists)",
                 Path,
-                excludes=_NOT_COVERED,
             ),
             *WORKER_OPTIONS,
             JSON,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import aclosing
 from dataclasses import dataclass, field, replace
 
@@ -31,7 +31,7 @@ class Counterexample:
 
 
 @dataclass
-class RunCounts:
+class SearchState:
     """The progress of a search; it grows while the search runs.
 
     Attributes:
@@ -39,26 +39,6 @@ class RunCounts:
         errors: The number of them that could not run, for example because the world is full.
         first_error: The error of the first of them.
         is_interrupted: Whether the user has ended it.
-    """
-
-    runs: int = 0
-    errors: int = 0
-    first_error: str = ""
-    is_interrupted: bool = False
-
-    def count_run(self, row: ScenarioRow) -> None:
-        """Take a run into account."""
-        self.runs += 1
-        if row.is_error:
-            self.errors += 1
-            self.first_error = self.first_error or row.reason
-
-
-@dataclass
-class SearchState(RunCounts):
-    """The progress of a search for counterexamples.
-
-    Attributes:
         outside: Runs that violated an assumption.
         unfair: Runs that broke the reference mission, too.
         smallest: The smallest margin so far as a share of that of the mission as it is, and the
@@ -68,6 +48,10 @@ class SearchState(RunCounts):
         unexercised: The requirements whose premises came true in no run.
     """
 
+    runs: int = 0
+    errors: int = 0
+    first_error: str = ""
+    is_interrupted: bool = False
     outside: int = 0
     unfair: int = 0
     smallest: tuple[float, str] | None = None
@@ -77,7 +61,10 @@ class SearchState(RunCounts):
 
     def count(self, row: ScenarioRow, guide: Guide) -> None:
         """Take a run of the search into account."""
-        self.count_run(row)
+        self.runs += 1
+        if row.is_error:
+            self.errors += 1
+            self.first_error = self.first_error or row.reason
         vacuous = [name for name in row.unexercised if not is_hidden(name)]
         known = vacuous if self.runs == 1 else self.unexercised
         self.unexercised = tuple(name for name in known if name in vacuous)
@@ -132,56 +119,35 @@ class Search:
             causes: The number of different causes.
         """
         state = self.state
+        while state.runs < budget:
+            asked = strategy.ask(min(BATCH, budget - state.runs))
+            scores: list[float] = []
+            async with aclosing(run_all(self.base, self.runner, asked, state.runs)) as tried:
+                async for candidate, row in tried:
+                    scores.append(await self._take(candidate, row, causes))
+                    if len(state.counterexamples) >= causes or state.is_interrupted:
+                        return
+            strategy.learn(scores)
 
-        async def take(candidate: Candidate, row: ScenarioRow) -> float | None:
-            state.count(row, self.guide)
-            failures = self.guide.failures(row)
-            is_fair = not failures or await self.is_fair(candidate)
-            if failures and is_fair:
-                state.add(candidate, row, failures[0])
-            state.unfair += not is_fair
-            # A known failure, or one of any mission, is not a target.
-            is_far = failures and (causes > 1 or not is_fair)
-            score = BEST if is_far else self.guide.score(row)
-            self.guide.learn(row)
-            state.is_interrupted = not self.watch(state)
-            return None if len(state.counterexamples) >= causes or state.is_interrupted else score
-
-        await explore(self.base, self.runner, strategy, state, budget, take)
+    async def _take(self, candidate: Candidate, row: ScenarioRow, causes: int) -> float:
+        """Take a run. Return its score."""
+        state = self.state
+        state.count(row, self.guide)
+        failures = self.guide.failures(row)
+        is_fair = not failures or await self.is_fair(candidate)
+        if failures and is_fair:
+            state.add(candidate, row, failures[0])
+        state.unfair += not is_fair
+        # A known failure, or one of any mission, is not a target.
+        is_far = failures and (causes > 1 or not is_fair)
+        score = BEST if is_far else self.guide.score(row)
+        self.guide.learn(row)
+        state.is_interrupted = not self.watch(state)
+        return score
 
     async def is_fair(self, candidate: Candidate) -> bool:
         """Return whether the reference passes where the mission breaks; True without one."""
         return self.reference is None or await self.reference.passes(candidate, self.guide)
-
-
-Take = Callable[[Candidate, ScenarioRow], Awaitable[float | None]]
-"""Takes a run; returns its score, or None to end the search at once."""
-
-
-async def explore(
-    base: BaseScenario,
-    runner: ScenarioRunner,
-    strategy: Strategy,
-    state: RunCounts,
-    budget: int,
-    take: Take,
-    is_done: Callable[[], bool] = lambda: False,
-) -> None:
-    """Run batches of candidates until the budget is used up.
-
-    Args:
-        is_done: Called before each batch; True ends the search.
-    """
-    while state.runs < budget and not state.is_interrupted and not is_done():
-        asked = strategy.ask(min(BATCH, budget - state.runs))
-        scores: list[float] = []
-        async with aclosing(run_all(base, runner, asked, state.runs)) as tried:
-            async for candidate, row in tried:
-                score = await take(candidate, row)
-                if score is None:
-                    return
-                scores.append(score)
-        strategy.learn(scores)
 
 
 async def run_all(

@@ -1,13 +1,8 @@
-"""Searches from their files to their ends.
-
-:class:`SearchSession` looks for what breaks a mission, :class:`CoverSession` for what of its tree
-no run has reached.
-"""
+"""A search from its files to its end."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,28 +20,19 @@ from bt_mission.commands.falsify.guide import (
 )
 from bt_mission.commands.falsify.material import branch_formulas, material_of, present_in
 from bt_mission.commands.falsify.reference import Reference
-from bt_mission.commands.falsify.search import RunCounts, Search, SearchState, Watch, explore
+from bt_mission.commands.falsify.search import Search, SearchState, Watch
 from bt_mission.commands.falsify.simplify import MOST_RUNS, simplify
 from bt_mission.commands.falsify.space import SearchSpace
-from bt_mission.commands.falsify.strategies import STRATEGIES, Strategy
+from bt_mission.commands.falsify.strategies import OptunaStrategy
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
-from bt_mission.scenarios.concrete.ranges import Ranges, RangesFile, Span
+from bt_mission.scenarios.concrete.ranges import RangesFile
 from bt_mission.scenarios.concrete.row import ScenarioRow
 from bt_mission.scenarios.concrete.worker import ScenarioRunner, ScenarioWorker
-from bt_mission.scenarios.coverage.record import CoverageRecord
 
 LONGER = 3.0
 """A run counts as endless after this many times the time of the mission as it is."""
 
 AT_LEAST_LONGER_S = 30.0
-
-COVER_KINDS = ["servers", "network", "hardware", "messages"]
-"""Faults that are drawn to cover a tree if the ranges name no kinds: servers decide the outcomes of
-goals.
-"""
-
-SHORTEST_S = 0.25
-"""The shortest of those faults, s."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +42,6 @@ class SearchOptions:
     Attributes:
         aim: None is a violated requirement where there are any, and else anything.
         budget: The most runs, without those that minimize counterexamples.
-        strategy: Of `STRATEGIES`.
         seed: The search follows from it.
         simplifying_runs: The most runs that minimize a counterexample; 0 does not minimize.
         causes: The search continues until this number of different causes.
@@ -64,7 +49,6 @@ class SearchOptions:
 
     aim: Aim | None = None
     budget: int = 200
-    strategy: str = "optuna"
     seed: int = 0
     simplifying_runs: int = MOST_RUNS
     causes: int = 1
@@ -139,65 +123,22 @@ def aim_of(base: BaseScenario, aim: Aim | None) -> Aim:
 
 
 @dataclass
-class _Session:
-    """The common part of all searches.
+class SearchSession:
+    """A search for counterexamples of a mission.
 
     Attributes:
         base: The scenario that is varied.
         ranges: The ranges of the variation.
         options: The options of the search.
-    """
-
-    base: BaseScenario
-    ranges: RangesFile
-    options: SearchOptions
-
-    async def run_as_it_is(self, runner: ScenarioRunner) -> tuple[Candidate, ScenarioRow]:
-        """Run the mission with nothing varied.
-
-        Raises:
-            BtMissionError: When it cannot run.
-        """
-        candidate = Candidate(limit=self.ranges.ranges.limit)
-        async for row in runner.rows([candidate.concrete(self.base, 0)]):
-            if row.is_error:
-                raise BtMissionError(
-                    f"{self.base.path}: the unchanged mission cannot run: {row.reason}",
-                    code="BT-711",
-                )
-            return candidate, row
-        raise BtMissionError(
-            f"{self.base.path}: the run of the unchanged mission gave no result", code="BT-711"
-        )
-
-    async def prepare(
-        self, ranges: Ranges, as_it_is: ScenarioRow, runner: ScenarioRunner
-    ) -> tuple[SearchSpace, Strategy]:
-        """Return the space of candidates, and the strategy that chooses them.
-
-        Without an end of runs in ranges and base, it is some time after that of the mission as it
-        is.
-        """
-        usual_s = as_it_is.virtual_s
-        if ranges.limit is None and "limit" not in self.base.data:
-            limit = math.ceil(max(LONGER * usual_s, usual_s + AT_LEAST_LONGER_S))
-            ranges = ranges.model_copy(update={"limit": float(limit)})
-        material = await present_in(material_of(self.base.mission), self.base, runner)
-        space = SearchSpace(self.base, ranges, self.ranges.parameters, usual_s, material)
-        return space, STRATEGIES[self.options.strategy](space, self.options.seed)
-
-
-@dataclass
-class SearchSession(_Session):
-    """A search for counterexamples of a mission.
-
-    Attributes:
         watch: Called after each run.
         reference: A mission that a counterexample must not break.
         state: The progress, at any time.
         as_it_is: The run of the mission without changes.
     """
 
+    base: BaseScenario
+    ranges: RangesFile
+    options: SearchOptions
     watch: Watch
     reference: Reference | None = None
     state: SearchState = field(default_factory=SearchState)
@@ -215,7 +156,7 @@ class SearchSession(_Session):
             BtMissionError: The mission cannot run as it is.
         """
         options, state = self.options, self.state
-        candidate, row = await self.run_as_it_is(runner)
+        candidate, row = await self._run_as_it_is(runner)
         self.as_it_is = row
         guide = Guide(self.aim, row)
         state.count(row, guide)
@@ -227,80 +168,40 @@ class SearchSession(_Session):
         if not self.watch(state):
             state.is_interrupted = True
             return
-        space, strategy = await self.prepare(self.ranges.ranges, row, runner)
-        await search.find(strategy, options.budget, options.causes)
+        space = await self._space(row, runner)
+        await search.find(OptunaStrategy(space, options.seed), options.budget, options.causes)
         for number in range(len(state.counterexamples)):
             if not state.is_interrupted and options.simplifying_runs:
                 await simplify(search, space, number, options.simplifying_runs)
         state.counterexamples.sort(key=lambda counterexample: counterexample.candidate.size)
 
-
-@dataclass
-class CoverState(RunCounts):
-    """The progress of a search for coverage.
-
-    Attributes:
-        record: The coverage of all runs.
-        first: The scenarios that reached something first, with what that was.
-    """
-
-    record: CoverageRecord = field(kw_only=True)
-    first: list[tuple[Candidate, ScenarioRow, tuple[str, ...]]] = field(default_factory=list)
-
-    def count(self, candidate: Candidate, row: ScenarioRow) -> int:
-        """Count a run. Return the number of places that it reached first."""
-        self.count_run(row)
-        new = self.record.add(row.coverage) if row.coverage else ()
-        if new:
-            self.first.append((candidate, row, new))
-        return len(new)
-
-
-@dataclass
-class CoverSession(_Session):
-    """A search for the places of a mission's tree that no run has reached.
-
-    Attributes:
-        watch: Called after each run; False ends the search.
-        state: The progress, at any time.
-    """
-
-    watch: Callable[[CoverState], bool]
-
-    def __post_init__(self) -> None:
-        self.state = CoverState(record=CoverageRecord.of(self.base.mission))
-
-    async def run(self, runner: ScenarioRunner) -> None:
-        """Search until everything is reached, or the budget is used up.
+    async def _run_as_it_is(self, runner: ScenarioRunner) -> tuple[Candidate, ScenarioRow]:
+        """Run the mission with nothing varied.
 
         Raises:
-            BtMissionError: The mission cannot run as it is.
+            BtMissionError: When it cannot run.
         """
-        state = self.state
-
-        async def take(candidate: Candidate, row: ScenarioRow) -> float:
-            new = state.count(candidate, row)
-            state.is_interrupted = state.is_interrupted or not self.watch(state)
-            return -float(new)
-
-        candidate, row = await self.run_as_it_is(runner)
-        await take(candidate, row)
-        ranges = _for_cover(self.ranges.ranges, row.virtual_s)
-        _, strategy = await self.prepare(ranges, row, runner)
-        budget = self.options.budget
-        await explore(
-            self.base, runner, strategy, state, budget, take, lambda: not state.record.missing
+        candidate = Candidate(limit=self.ranges.ranges.limit)
+        async for row in runner.rows([candidate.concrete(self.base, 0)]):
+            if row.is_error:
+                raise BtMissionError(
+                    f"{self.base.path}: the unchanged mission cannot run: {row.reason}",
+                    code="BT-711",
+                )
+            return candidate, row
+        raise BtMissionError(
+            f"{self.base.path}: the run of the unchanged mission gave no result", code="BT-711"
         )
 
+    async def _space(self, as_it_is: ScenarioRow, runner: ScenarioRunner) -> SearchSpace:
+        """Return the space of candidates.
 
-def _for_cover(ranges: Ranges, latest_s: float) -> Ranges:
-    """Return ranges that reach more of a tree, unless they are set.
-
-    Some outcomes of goals need a server that is silent for long.
-    """
-    usual = {"kinds": COVER_KINDS, "lasting": Span(SHORTEST_S, max(SHORTEST_S, latest_s))}
-    left = {key: value for key, value in usual.items() if key not in ranges.faults.model_fields_set}
-    changes: dict[str, Any] = {"faults": ranges.faults.model_copy(update=left)}
-    if "most" not in ranges.obstacles.model_fields_set:
-        changes["obstacles"] = ranges.obstacles.model_copy(update={"most": 1})
-    return ranges.model_copy(update=changes)
+        Without an end of runs in ranges and base, it is some time after that of the mission as it
+        is.
+        """
+        ranges, usual_s = self.ranges.ranges, as_it_is.virtual_s
+        if ranges.limit is None and "limit" not in self.base.data:
+            limit = math.ceil(max(LONGER * usual_s, usual_s + AT_LEAST_LONGER_S))
+            ranges = ranges.model_copy(update={"limit": float(limit)})
+        material = await present_in(material_of(self.base.mission), self.base, runner)
+        return SearchSpace(self.base, ranges, self.ranges.parameters, usual_s, material)

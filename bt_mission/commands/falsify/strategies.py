@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, Protocol
 
@@ -116,10 +116,3 @@ class _TrialDraws:
         if high - low < FEW:
             return int(self._trial.suggest_categorical(name, list(range(low, high + 1))))
         return int(self._trial.suggest_int(name, low, high))
-
-
-STRATEGIES: Mapping[str, Callable[[Space, int], Strategy]] = {
-    "optuna": OptunaStrategy,
-    "random": RandomStrategy,
-}
-"""By their names; the first is the default, which was better in docs/reference/search.md."""

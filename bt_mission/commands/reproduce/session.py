@@ -18,7 +18,7 @@ from bt_mission.base.text import counted
 from bt_mission.base.yaml.document import read
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.cli.recorded_scenario import record_scenario
-from bt_mission.commands.falsify.strategies import STRATEGIES, Strategy
+from bt_mission.commands.falsify.strategies import OptunaStrategy, RandomStrategy, Strategy
 from bt_mission.commands.reproduce.case import MISSION, WORLD, Case, write_mission_files
 from bt_mission.commands.reproduce.comparison import (
     Comparison,
@@ -356,11 +356,11 @@ class _Reproducer:
     def _strategy(self, guesses: Guesses) -> Strategy:
         """Return what draws the guesses, and note if it is not the better one."""
         try:
-            return STRATEGIES["optuna"](guesses, self._options.seed)
+            return OptunaStrategy(guesses, self._options.seed)
         except BtMissionError as error:
             note = f"guesses are drawn at random, which finds less: {error}"
             self._recorded.notes.append(note)
-            return STRATEGIES["random"](guesses, self._options.seed)
+            return RandomStrategy(guesses, self._options.seed)
 
     def _score(self, case: Case, faults: tuple[PlannedFault, ...]) -> float:
         """Run the scenario with these faults; return how far it is from the recording."""

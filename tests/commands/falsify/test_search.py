@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import re
-from collections.abc import AsyncGenerator, Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,24 +14,16 @@ import pytest
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.yaml.document import read_text
-from bt_mission.cli import main
 from bt_mission.commands.falsify.reference import Reference, load_reference
 from bt_mission.commands.falsify.search import Search
-from bt_mission.commands.falsify.session import (
-    CoverSession,
-    SearchOptions,
-    SearchSession,
-    aim_of,
-    load_search,
-)
+from bt_mission.commands.falsify.session import SearchOptions, SearchSession, aim_of, load_search
 from bt_mission.commands.falsify.space import SearchSpace
-from bt_mission.commands.falsify.strategies import STRATEGIES
+from bt_mission.commands.falsify.strategies import OptunaStrategy, RandomStrategy
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario
 from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
 from bt_mission.scenarios.concrete.ranges import RangesFile
-from bt_mission.scenarios.concrete.row import ScenarioRow, row_of_error
-from bt_mission.scenarios.coverage.record import CoverageRecord
-from tests.commands.falsify.conftest import MISSION, Judge, MadeUpRunner, row
+from bt_mission.scenarios.concrete.row import row_of_error
+from tests.commands.falsify.conftest import MISSION, Judge, MadeUpRunner
 
 MakeSearch = Callable[[Judge], Search]
 
@@ -42,10 +33,9 @@ def space_of(base: BaseScenario) -> SearchSpace:
     return SearchSpace(base, RangesFile().ranges, (), 20.0)
 
 
-def carry_out(search: Search, strategy: str, budget: int, seed: int = 0) -> None:
+def carry_out(search: Search, strategy: type[Any], budget: int, seed: int = 0) -> None:
     """Search by a strategy."""
-    made = STRATEGIES[strategy](space_of(search.base), seed)
-    asyncio.run(search.find(made, budget))
+    asyncio.run(search.find(strategy(space_of(search.base), seed), budget))
 
 
 def far(_: ConcreteScenario) -> float:
@@ -56,7 +46,7 @@ def far(_: ConcreteScenario) -> float:
 def test_the_budget_is_kept(search_by: MakeSearch) -> None:
     """Also one that is no multiple of a batch; the smallest margin is known."""
     search = search_by(far)
-    carry_out(search, "random", 37)
+    carry_out(search, RandomStrategy, 37)
     assert (search.state.runs, search.runner.count) == (37, 37)  # type: ignore[attr-defined]
     assert search.state.counterexamples == []
     assert search.state.smallest == (0.5, "keeps its distance")
@@ -65,14 +55,14 @@ def test_the_budget_is_kept(search_by: MakeSearch) -> None:
 def test_the_first_in_the_order_of_asking_is_found(search_by: MakeSearch) -> None:
     """Whatever ends first: here every scenario from the sixth on is one."""
     search = search_by(lambda scenario: -0.1 if scenario.number >= 5 else 0.5)
-    carry_out(search, "random", 100)
+    carry_out(search, RandomStrategy, 100)
     (counterexample,) = search.state.counterexamples
     assert counterexample.row.number == 5
     assert search.state.runs == 6
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
-def test_a_search_repeats(search_by: MakeSearch, strategy: str) -> None:
+@pytest.mark.parametrize("strategy", [OptunaStrategy, RandomStrategy])
+def test_a_search_repeats(search_by: MakeSearch, strategy: type[Any]) -> None:
     """Its candidates follow from its seed and what runs came to."""
 
     def asked(seed: int) -> list[str]:
@@ -101,7 +91,7 @@ def test_a_guided_search_comes_nearer(search_by: MakeSearch) -> None:
 
     search = search_by(judge)
     ranges = RangesFile(read_text("obstacles: {most: 0}\nfaults: {most: 0}")).ranges
-    made = STRATEGIES["optuna"](SearchSpace(search.base, ranges, (), 20.0), 0)
+    made = OptunaStrategy(SearchSpace(search.base, ranges, (), 20.0), 0)
     asyncio.run(search.find(made, 160))
     assert sum(seeds[-32:]) / 32 > 800
 
@@ -112,7 +102,7 @@ def test_who_looks_on_can_end_it(search_by: MakeSearch) -> None:
     stopping = Search(
         search.base, search.runner, search.guide, search.state, lambda state: state.runs < 3
     )
-    carry_out(stopping, "random", 100)
+    carry_out(stopping, RandomStrategy, 100)
     assert search.state.is_interrupted
     assert search.state.runs == 3
 
@@ -172,68 +162,6 @@ def test_what_is_searched_for(base: BaseScenario) -> None:
     assert aim_of(base, "collision") == "collision"
 
 
-# ---- a search for what no run has reached ------------------------------------------------------
-
-
-class CoveringRunner:
-    """Reaches the first place always, and of the others the one of each scenario's number."""
-
-    def __init__(self, places: int, most: int) -> None:
-        self._digits = -(-places // 4)
-        self._most = most
-
-    async def rows(
-        self, scenarios: Iterable[ConcreteScenario]
-    ) -> AsyncGenerator[ScenarioRow, None]:
-        for scenario in scenarios:
-            bits = 1 | 1 << min(scenario.number, self._most)
-            yield replace(row(scenario, 0.5), coverage=f"{bits:0{self._digits}x}")
-
-
-def covered(base: BaseScenario, most: int, budget: int) -> CoverSession:
-    """Search with a runner that reaches no place after so many."""
-    options = SearchOptions(budget=budget, strategy="random")
-    session = CoverSession(base, RangesFile(), options, lambda _: True)
-    places = len(session.state.record.names)
-    asyncio.run(session.run(CoveringRunner(places, most)))
-    return session
-
-
-def test_it_ends_when_everything_is_reached(base: BaseScenario) -> None:
-    """And tells by which scenario each place was."""
-    count = len(CoverageRecord.of(base.mission).names)
-    state = covered(base, count - 1, 100).state
-    assert state.record.missing == ()
-    assert [new for _, _, new in state.first] == [(name,) for name in state.record.names]
-
-
-def test_what_it_cannot_reach_is_listed(base: BaseScenario) -> None:
-    """Once the budget is used up."""
-    state = covered(base, 3, 20).state
-    assert state.runs == 20
-    assert state.record.missing == state.record.names[4:]
-    assert not state.is_interrupted
-
-
-@pytest.mark.thorough
-def test_on_the_command_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Faults of servers reach ways to end that the mission alone does not."""
-    (tmp_path / "short.yaml").write_text(MISSION.replace("0.4}", "1.4}"))
-    (tmp_path / "ranges.yaml").write_text("faults: {kinds: [kill_server, abort_goal]}")
-    monkeypatch.chdir(tmp_path)
-    words = ["falsify", "short.yaml", "--cover", "--within", "ranges.yaml", "--workers", "1"]
-    assert main([*words, "--budget", "20", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["runs"] == 20
-    assert "0 drive: outcome succeeded" in data["reached"]
-    assert {"0 drive: outcome aborted", "0 drive: outcome server lost"} <= set(data["reached"])
-    assert "0 drive: outcome canceled by another client" in data["missing"]
-    assert data["scenarios"][0]["faults"] == []
-    assert len(data["reached"]) + len(data["missing"]) == data["places"]
-
-
 # ---- a reference: what breaks it as well is no find --------------------------------------------
 
 
@@ -245,7 +173,7 @@ def searched(base: BaseScenario, mission: Judge, good: Judge, budget: int = 60) 
     session = SearchSession(
         base,
         RANGES,
-        SearchOptions("violated", budget, "random", 1, simplifying_runs=20),
+        SearchOptions("violated", budget, 2, simplifying_runs=20),
         lambda _: True,
         Reference(base, MadeUpRunner(good)),
     )
