@@ -28,7 +28,6 @@ TYPES = (
     "nav2_msgs.action.FollowWaypoints",
     "nav2_msgs.action.NavigateThroughPoses",
     "nav2_msgs.action.NavigateToPose",
-    "py_trees_ros_interfaces.msg.BehaviourTree",
     "tf2_msgs.msg.TFMessage",
 )
 

@@ -40,7 +40,6 @@ from bt_mission.ros.requirement_watch import RequirementWatch
 from bt_mission.ros.run_ending import see_to_the_end
 from bt_mission.ros.server_logs import ServerLogs
 from bt_mission.ros.signals import LiveSignals
-from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.ros.waypoint_markers import WaypointMarkers
 
@@ -152,10 +151,6 @@ class MissionRunner(MissionRuntime):
             self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)
             made.callback(self.status_publisher.close)
             self.status_publisher.begin(self, self.requirements)
-            if options.has_controls:
-                snapshots = SnapshotStreams(node)
-                made.callback(snapshots.close)
-                snapshots.begin(self)
             self.executive.after_tick.append(self.status_publisher.publish_if_changed)
             made.callback(node.destroy_timer, node.create_timer(1 / TICK_RATE_HZ, self.tick))
             self._exit = made.pop_all()

@@ -32,7 +32,6 @@ from bt_mission.ros.executors.clock_messages import ValidClock
 from bt_mission.ros.graph import REQUESTS, NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
-from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.served_missions import NO_TEXT, ServedMissions
@@ -187,7 +186,6 @@ class MissionServer(ValidClock, Node):
         self._is_editable = options.editable
         self._controls = MissionControls(lambda: self.executive)
         self._control_services = ControlServices(self, self._controls, self._revise)
-        self._snapshots = SnapshotStreams(self)
         self._server = BoundedMissionServer(
             self,
             ExecuteMission,
@@ -368,7 +366,6 @@ class MissionServer(ValidClock, Node):
             node.runner.warn(why)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(node.runner, node.runner.requirements)
-        self._snapshots.begin(node.runner)
 
     def _refuse(self, handle: ServerGoalHandle, error: Exception) -> None:
         """End a goal whose mission cannot start."""

@@ -68,7 +68,6 @@ SUBSTITUTES = [
     "control_msgs",
     "example_interfaces",
     "nav2_msgs",
-    "py_trees_ros_interfaces",
     "simulation_interfaces",
     "tf2_msgs",
 ]

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
-from py_trees_ros_interfaces.msg import Behaviour
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
@@ -124,7 +123,7 @@ def built(package: str) -> Path:
 
 @pytest.mark.parametrize("name", HASHES)
 def test_a_type_has_the_hash_of_the_published_one(name):
-    """Else Nav2, a tree watcher or a tool for simulators would not find our nodes."""
+    """Else Nav2 or a tool for simulators would not find our nodes."""
     package, _, path = name.partition("/")
     text = (built(package) / f"{path}.json").read_text(encoding="utf-8")
     hashes = {row["type_name"]: row["hash_string"] for row in json.loads(text)["type_hashes"]}
@@ -140,18 +139,6 @@ def test_simulation_interfaces_has_no_other_type():
         for path in (share / kind).glob("*.json")
     }
     assert names == {name for name in HASHES if name.startswith("simulation_interfaces/")}
-
-
-def test_snapshots_have_the_codes_of_py_trees_ros():
-    """Statuses and types are numbers there; the words of access are strings."""
-    statuses = ("INVALID", "RUNNING", "SUCCESS", "FAILURE")
-    assert [getattr(Behaviour, name) for name in statuses] == [1, 2, 3, 4]
-    types = ("UNKNOWN_TYPE", "BEHAVIOUR", "SEQUENCE", "SELECTOR", "PARALLEL", "CHOOSER")
-    assert [getattr(Behaviour, name) for name in (*types, "DECORATOR")] == [*range(7)]
-    levels = ("DETAIL", "COMPONENT", "BIG_PICTURE", "NOT_A_BLACKBOX")
-    assert [getattr(Behaviour, f"BLACKBOX_LEVEL_{name}") for name in levels] == [1, 2, 3, 4]
-    access = ("READ", "WRITE", "EXCLUSIVE_WRITE")
-    assert [getattr(Behaviour, f"BLACKBOARD_ACCESS_{name}") for name in access] == ["r", "w", "x"]
 
 
 def test_tf_message_goes_out_under_the_type_hash_of_jazzy(rig):

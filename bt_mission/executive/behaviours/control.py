@@ -122,14 +122,6 @@ class Parallel(Hooked, py_trees.composites.Parallel):
         self._finishes = node.rest == "finish"
         self._decided = Status.RUNNING
 
-    @property
-    def policy_name(self) -> str:
-        """The children whose success is needed: OnAll, OnOne, or OnSelected with indices."""
-        if self._needed is None:
-            return "OnOne"
-        needed = [str(index) for index, child in enumerate(self.children) if child in self._needed]
-        return "OnAll" if len(needed) == len(self.children) else f"OnSelected({', '.join(needed)})"
-
     def walk(self) -> Iterator[Behaviour]:
         """Tick the children that have not ended; decide; end when the others may be halted."""
         running, invalid = Status.RUNNING, Status.INVALID
