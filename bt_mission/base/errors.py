@@ -98,7 +98,7 @@ def cause_of(error: Exception) -> str:
 
 
 def callback_failure(error: Exception) -> str:
-    """Return that a callback raised this error, or that it has a code of its own, in one line."""
+    """Return that a callback raised this error, or its own text if it has a code, in one line."""
     code = error.code if isinstance(error, BtMissionError) else ""
     if code not in ("", FAILED):
         return cause_of(error)

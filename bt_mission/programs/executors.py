@@ -123,7 +123,7 @@ class ProgramExecutor(Executor):
 
     @property
     def is_spinning(self) -> bool:
-        """Whether the program waits in it, or it serves by itself."""
+        """Whether the program waits in it, or it serves without that."""
         return any(not spin.wait.over.is_over for spin in self._spins)
 
     def free(self) -> Spin | None:
