@@ -13,6 +13,8 @@ def main() -> int:
     Ctrl-C while it is loaded ends it; once it has ended, Ctrl-C no longer changes the exit code.
     """
     _leave_working_folder()
+    # Looking for plug-ins takes pydantic as long as all else; an empty value brings them back.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     import signal  # noqa: PLC0415 - from its own folder
 
     codes: list[int] = []
@@ -64,7 +66,8 @@ def _leave(codes: list[int]) -> None:
     would rest for 0.1 s. Processes that were seen say goodbye as ever.
     """
     discovery = sys.modules.get("bt_mission.base.dds.discovery")
-    if not codes or discovery is None or not discovery.is_isolated():
+    is_isolated = discovery is not None and discovery.is_isolated()
+    if not codes or ("rclpy" in sys.modules and not is_isolated):
         return
     try:
         sys.stdout.flush()

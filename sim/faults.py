@@ -10,8 +10,6 @@ A sensor's fault shows from its next measurement on, a wheel's from the next ste
 Its random values depend only on the robot's seed and the number of the measurement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,6 +10,15 @@ from typing import Any
 from action_servers.core.action import CameraSwitch
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished, Image, Observation
+
+
+def encoded(image: Image, form: str, **settings: int) -> bytes:
+    """Return an image as a file of a format of Pillow, such as ``PNG``, with settings of that."""
+    from PIL import Image as Picture  # noqa: PLC0415 - checks of goals load this module, too
+
+    file = io.BytesIO()
+    Picture.fromarray(image.rgb).save(file, form, **settings)
+    return file.getvalue()
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -10,9 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from PIL import Image as Picture
-
-from action_servers.camera.camera import Snapshot, looking
+from action_servers.camera.camera import Snapshot, encoded, looking
 from action_servers.core.action import Action, CameraSwitch, FeedbackRanges
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
@@ -64,11 +61,10 @@ class ImageFolder:
         """Write `image_NN.png` and return its full path; an OSError leaves no partial file."""
         if self._path is None:
             raise FileNotFoundError("the folder has not been opened")
-        encoded = io.BytesIO()
-        Picture.fromarray(image.rgb).save(encoded, "PNG", compress_level=COMPRESS_LEVEL)
+        contents = encoded(image, "PNG", compress_level=COMPRESS_LEVEL)
         path = self._path / f"image_{number:02d}.png"
         try:
-            path.write_bytes(encoded.getbuffer())
+            path.write_bytes(contents)
         except OSError:
             with suppress(OSError):
                 path.unlink(missing_ok=True)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import replace
 from typing import Any
 
-from PIL import Image as Picture
-
-from action_servers.camera.camera import Snapshot, looking
+from action_servers.camera.camera import Snapshot, encoded, looking
 from action_servers.core.action import Action, CameraSwitch
 from action_servers.core.limits import NumberLimit, parameter
 from action_servers.core.maneuver import (
@@ -74,12 +71,10 @@ class TakePictures:
 
 def compressed(image: Image, quality: int) -> Fields:
     """Return the fields of a `sensor_msgs/CompressedImage`: a JPEG of 1 to 95 of `quality`."""
-    encoded = io.BytesIO()
-    Picture.fromarray(image.rgb).save(encoded, "JPEG", quality=quality)
     return {
         "header": {"stamp": image.stamp_s, "frame_id": image.frame},
         "format": "jpeg",
-        "data": encoded.getvalue(),
+        "data": encoded(image, "JPEG", quality=quality),
     }
 
 

@@ -18,6 +18,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from bt_mission.base.entry_points import entry_points
+
 FOLDER = "bt_mission.commands"
 ENTRY_POINTS = "bt_mission.commands"
 
@@ -397,10 +399,8 @@ def all_rows() -> Mapping[str, CommandRow]:
 @cache
 def _others() -> tuple[tuple[CommandRow, ...], tuple[str, ...]]:
     """Return the rows of other packages, and why others of them cannot be used."""
-    from importlib.metadata import entry_points  # noqa: PLC0415 - it takes a tenth of a second
-
     usable, unusable = [], []
-    for entry in entry_points(group=ENTRY_POINTS):
+    for entry in entry_points(ENTRY_POINTS):
         try:
             row = entry.load()
         except Exception as error:  # noqa: BLE001 - whatever the package of somebody else raises

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import traceback
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +53,9 @@ def described(error: BaseException, called: Any = None) -> str:
         called: The function or class of a user that was called: its place, where no frame of
             theirs has raised, as for a wrong number of arguments; empty for no place then.
     """
-    at = [
-        (frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)
-    ]
+    from traceback import walk_tb  # noqa: PLC0415 - for errors alone
+
+    at = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
     text = str(error)
     theirs = [entry for entry in at if owner_of(entry[0]) == "user"]
     place = ""

@@ -148,7 +148,7 @@ def make_parser() -> RootParser:
         description="Run missions written in YAML as behaviour trees over ROS 2 actions.",
     )
     parser.add_argument("--version", action=Version, nargs=0, help="print the version and exit")
-    parser.add_subparsers(metavar="command", action=Commands, parser_class=Parser)
+    parser.add_subparsers(prog=parser.prog, metavar="command", action=Commands, parser_class=Parser)
     return parser
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
@@ -263,6 +262,8 @@ class HelpText(argparse.HelpFormatter):
     """
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
+        import textwrap
+
         filled: list[str] = []
         for is_block, group in groupby(text.splitlines(), key=lambda line: line[:1] in ("", " ")):
             lines = list(group)

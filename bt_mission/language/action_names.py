@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache, cached_property
-from importlib.metadata import entry_points
 
 from typing_extensions import override
 
 from bt_mission.base.actions import ActionName, declared
+from bt_mission.base.entry_points import entry_points
 
 GROUP = "bt_mission.actions"
 """The entry points by which a package declares its actions; each is an `ActionName`."""
@@ -43,7 +43,7 @@ def plugged() -> Mapping[str, ActionName]:
     To look for them takes a tenth of a second, so it is done when a name is unknown here.
     """
     names: dict[str, ActionName] = {}
-    for entry_point in entry_points(group=GROUP):
+    for entry_point in entry_points(GROUP):
         try:
             short = entry_point.load()
         except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's module raises

@@ -1,7 +1,5 @@
 """The form of files: the head of a mission, the definition of a tree, a library."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, SkipValidation

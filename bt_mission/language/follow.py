@@ -1,7 +1,5 @@
 """Variables that follow a topic: each holds the newest value of one field of its messages."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -8,18 +8,20 @@ import inspect
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.base.diagnostics import did_you_mean, listed, quoted
+from bt_mission.base.entry_points import entry_points
 from bt_mission.base.errors import HintedError, described
 from bt_mission.base.user_files import load_file
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.permissions import is_within
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from py_trees.behaviour import Behaviour
 
 GROUP = "bt_mission.leaves"
@@ -107,7 +109,7 @@ def find_program(target: str, file: str) -> FoundProgram:
     if where.endswith(".py"):
         path = _leaf_file(where, file)
     else:
-        scripts = entry_points(group="console_scripts", name=where)
+        scripts = entry_points("console_scripts", where)
         module, _, function = next((each.value for each in scripts), where).partition(":")
         path = _module_file(module, where)
     try:
@@ -266,7 +268,7 @@ def attributes_of(kind: type[Behaviour]) -> dict[str, Type | None]:
 
 
 def _entry_point(name: str) -> EntryPoint:
-    there = entry_points(group=GROUP)
+    there = entry_points(GROUP)
     matching = [entry_point for entry_point in there if entry_point.name == name]
     if not matching:
         known = sorted(entry_point.name for entry_point in there)

@@ -1,11 +1,9 @@
 """The shapes of a robot's body, and the hull that follows from body and wheels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, field_validator, model_validator
 
@@ -103,7 +101,7 @@ class PolygonBody(RobotPart):
         return outline
 
     @model_validator(mode="after")
-    def _has_height(self) -> PolygonBody:
+    def _has_height(self) -> Self:
         if self.bottom >= self.top:
             raise ValueError(f"bottom {self.bottom:g} m must be below top {self.top:g} m")
         return self

@@ -4,8 +4,6 @@ The origin of a base is the middle of its axle: of the driven one of a different
 rear one of a car, of all wheels of the others.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from typing import Annotated, Literal, TypeAlias

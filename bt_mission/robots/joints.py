@@ -4,9 +4,7 @@ The model is a file of MuJoCo (MJCF) beside the robot's file. Arm and gripper ha
 which goals are accepted; they lie within those of the model.
 """
 
-from __future__ import annotations
-
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -47,7 +45,7 @@ class JointLimits(RobotPart):
     start: Number = 0.0
 
     @model_validator(mode="after")
-    def _in_order(self) -> JointLimits:
+    def _in_order(self) -> Self:
         if not self.min <= self.start <= self.max or self.min == self.max:
             raise ValueError(
                 f"expected min < max with start between them, got {self.min:g}, {self.max:g} and"

@@ -4,20 +4,18 @@
 positions are those of `base_link`, below the middle of the axle.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from bt_mission.base import files
 from bt_mission.base.diagnostics import InputError, listed
 from bt_mission.base.file_kinds import refuse_other_formats
-from bt_mission.base.yaml.document import Document, read
+from bt_mission.base.yaml.document import Document, read_source, read_text
 from bt_mission.base.yaml.models import validate
 from bt_mission.robots.body import Body, Hull, PolygonBody, convex
 from bt_mission.robots.drives import DifferentialDrive, Drive
@@ -100,12 +98,12 @@ class LidarModel(MountedSensor):
     sector: tuple[Bearing, Bearing] | None = None
 
     @model_validator(mode="after")
-    def _ranges_in_order(self) -> LidarModel:
+    def _ranges_in_order(self) -> Self:
         _check_ranges(self.min_range, self.max_range)
         return self
 
     @model_validator(mode="after")
-    def _sector_in_order(self) -> LidarModel:
+    def _sector_in_order(self) -> Self:
         if self.sector is None:
             return self
         first, last = self.sector
@@ -134,7 +132,7 @@ class LidarModel(MountedSensor):
         bearing = math.degrees(math.atan2(y - self.y, x - self.x))
         return (bearing - self.yaw - first) % 360.0 <= last - first
 
-    def as_model(self, model: LidarName) -> LidarModel:
+    def as_model(self, model: LidarName) -> Self:
         """Return a lidar of that model at the same place and rate. Figures: ROBOTIS e-manual."""
         if model == "LDS-01":
             figures = {"min_range": 0.12, "max_range": 3.5, "rays": 360}
@@ -171,7 +169,7 @@ class DepthCameraModel(MountedSensor):
     noise_std: RangeNoise = 0.0
 
     @model_validator(mode="after")
-    def _depths_in_order(self) -> DepthCameraModel:
+    def _depths_in_order(self) -> Self:
         _check_ranges(self.min_range, self.max_range)
         return self
 
@@ -192,7 +190,7 @@ class RangeSensorModel(MountedSensor):
     noise_std: RangeNoise = 0.0
 
     @model_validator(mode="after")
-    def _distances_in_order(self) -> RangeSensorModel:
+    def _distances_in_order(self) -> Self:
         _check_ranges(self.min_range, self.max_range)
         return self
 
@@ -250,7 +248,7 @@ class BatteryModel(RobotPart):
     drive_energy: NotNegative = 0.19
 
     @model_validator(mode="after")
-    def _voltages_in_order(self) -> BatteryModel:
+    def _voltages_in_order(self) -> Self:
         if self.empty_voltage >= self.full_voltage:
             raise ValueError(
                 f"empty_voltage {self.empty_voltage} V must be below"
@@ -393,7 +391,7 @@ class RobotModel(RobotPart):
                 rates |= {(name, each, "rate"): sensor.rate for each, sensor in part.items()}
         return rates
 
-    def with_sensors(self, sensors: SensorsModel) -> RobotModel:
+    def with_sensors(self, sensors: SensorsModel) -> Self:
         """Return the same robot with its simulated sensors set so."""
         model = sensors.lidar.model
         lidar = self.lidar if model is None else self.lidar.as_model(model)
@@ -462,20 +460,32 @@ def load_robot(name_or_path: str | Path | Document, near: str | Path | None = No
 
     `near` is a file beside which a robot of that name is looked for first, such as a mission.
     """
-    document = name_or_path
-    if not isinstance(document, Document):
-        file = files.find("robots", document, near)
-        refuse_other_formats(file, ("robot",))
-        document = read(file)
+    if isinstance(name_or_path, Document):
+        file, robot = name_or_path.file, _robot_in(name_or_path)
+    else:
+        path = files.find("robots", name_or_path, near)
+        refuse_other_formats(path, ("robot",))
+        file = str(path)
+        robot = _robot_of_text(read_source(path), file)
+    if robot.model is not None:
+        own_file = Path(file).absolute().parent / robot.model.file
+        own = robot.model.model_copy(update={"file": str(own_file)})
+        robot = robot.model_copy(update={"model": own})
+    return robot.with_sensors(robot.sensors)
+
+
+@lru_cache(maxsize=16)
+def _robot_of_text(text: str, file: str) -> RobotModel:
+    """Return the robot in the text of a file; checks ask for the same one several times."""
+    return _robot_in(read_text(text, file))
+
+
+def _robot_in(document: Document) -> RobotModel:
     robot = validate(document, RobotModel)
     wrong = list(_form_problems(robot))
     if wrong:
         raise InputError(document.diagnostic(code, path, text) for code, path, text in wrong)
-    if robot.model is not None:
-        file = Path(document.file).absolute().parent / robot.model.file
-        own = robot.model.model_copy(update={"file": str(file)})
-        robot = robot.model_copy(update={"model": own})
-    return robot.with_sensors(robot.sensors)
+    return robot
 
 
 _OF_BODY = (("base_inertia",), ("base_centre_of_mass",))

@@ -1,7 +1,5 @@
 """What the parts of a robot's file have in common: immutable figures without unknown keys."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue

@@ -1,7 +1,5 @@
 """The form of a scenario file."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Any, Literal
 

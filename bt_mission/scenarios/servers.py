@@ -1,7 +1,5 @@
 """The servers of a scenario: actions whose goals get written answers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -67,7 +65,7 @@ class ServerScript:
     goals: tuple[GoalForm, ...]
     written: str
 
-    def __call__(self, context: Context) -> ScriptedNode:
+    def __call__(self, context: Context) -> "ScriptedNode":
         """Return its node, for a stage."""
         return ScriptedNode(self, context)
 

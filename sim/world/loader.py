@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.file_kinds import refuse_other_formats
 from bt_mission.base.files import find
-from bt_mission.base.yaml.document import Document, read
+from bt_mission.base.yaml.document import Document, read_source, read_text
 from bt_mission.base.yaml.models import validate
 from bt_mission.robots.model import RobotModel
 from sim.world.shapes import Obstacle
@@ -24,12 +25,17 @@ def load_world(name_or_path: str | Path | Document, near: str | Path | None = No
 
     `near` is a file beside which a world of that name is looked for first, such as a mission.
     """
-    document = name_or_path
-    if not isinstance(document, Document):
-        file = find("worlds", document, near)
-        refuse_other_formats(file, ("world",))
-        document = read(file)
-    return world_in(document)
+    if isinstance(name_or_path, Document):
+        return world_in(name_or_path)
+    file = find("worlds", name_or_path, near)
+    refuse_other_formats(file, ("world",))
+    return _world_of_text(read_source(file), str(file))
+
+
+@lru_cache(maxsize=16)
+def _world_of_text(text: str, file: str) -> World:
+    """Return the world in the text of a file; checks ask for the same one several times."""
+    return world_in(read_text(text, file))
 
 
 def world_in(document: Document, path: tuple[str | int, ...] = ()) -> World:

@@ -4,8 +4,6 @@ Metres and degrees (as in missions), x to the right and y up on the map, heights
 `World.obstacles` is the same as plain shapes.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
@@ -56,7 +54,7 @@ class Wall(WorldPart):
     colour: Colour = "white"
 
     @model_validator(mode="after")
-    def _exclude_mixed_forms(self) -> Wall:
+    def _exclude_mixed_forms(self) -> Self:
         ends = self.start is not None and self.to is not None
         middle = self.centre is not None and self.length is not None
         mixed = {"start", "to"} & self.model_fields_set and {
@@ -100,7 +98,7 @@ class Moving(WorldPart):
     speed: Annotated[float, Field(gt=0, le=FASTEST, allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")
-    def _exclude_mixed_motions(self) -> Moving:
+    def _exclude_mixed_motions(self) -> Self:
         given = {field for field in type(self).model_fields if getattr(self, field) is not None}
         if given not in ({"around", "period"}, {"through", "speed"}):
             raise ValueError(
@@ -270,7 +268,7 @@ class World(WorldPart):
         return tuple(obstacle for obstacle in self.obstacles if obstacle.motion is not None)
 
     @cached_property
-    def placed(self) -> tuple[Placed, ...]:
+    def placed(self) -> "tuple[Placed, ...]":
         """The obstacles with their places in the file."""
         sections: tuple[tuple[str, str, tuple[Wall | Box | Cylinder, ...]], ...] = (
             ("walls", "wall", self.walls),

@@ -71,11 +71,20 @@ def test_ctrl_c_before_and_after_is_no_traceback(happens: str, code: int) -> Non
 
 
 @pytest.mark.process
-@pytest.mark.parametrize(("discovery", "output"), [(PROCESS, "last\n"), (MACHINE, "last\nfirst\n")])
-def test_a_process_that_nobody_saw_leaves_at_its_last_word(discovery: str, output: str) -> None:
+@pytest.mark.parametrize(
+    ("imported", "discovery", "output"),
+    [
+        ("json", MACHINE, "last\n"),
+        ("rclpy", PROCESS, "last\n"),
+        ("rclpy", MACHINE, "last\nfirst\n"),
+    ],
+)
+def test_a_process_that_nobody_saw_leaves_at_its_last_word(
+    imported: str, discovery: str, output: str
+) -> None:
     """What was registered since its start is called; libraries are taken down only by others."""
     program = (
-        "import atexit, runpy, sys\n"
+        f"import atexit, runpy, sys, {imported}\n"
         "atexit.register(print, 'first', file=sys.stderr)\n"
         "class Late:\n"
         "    def find_spec(self, name, *_):\n"

@@ -38,7 +38,7 @@ _SEPARATOR = re.compile("[\x85\u2028\u2029]")
 """YAML 1.1 and libyaml take them for the end of a line, and so of a comment; what shows a text does
 not."""
 _UNPRINTABLE = re.compile(
-    "[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|\ufeff"
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]"
 )
 _DECIMAL_COMMA = re.compile(r"([0-9]+),([0-9]+)\s*[,}]")
 _TAB_INDENT = re.compile(r"^ *\t", re.MULTILINE)

@@ -1,7 +1,5 @@
 """The evidence for a proposal: its check, its proof, and simulated runs of the site."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any

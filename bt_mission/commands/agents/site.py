@@ -1,7 +1,5 @@
 """The file of a site: what the missions of agents may use, and what they must hold."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path

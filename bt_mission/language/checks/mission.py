@@ -8,7 +8,6 @@ from typing import Any
 
 from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, Diagnostic
 from bt_mission.base.units import COMPUTED, UNITS
-from bt_mission.language.checks.python_code import leaf_diagnostics
 from bt_mission.language.checks.scope import (
     Variables,
     Visit,
@@ -73,6 +72,10 @@ def _node_diagnostics(
         yield from _message_diagnostics(node, variables)
         yield from checker.diagnostics(node, variables)
     elif isinstance(node, PythonNode) and permissions is not None:
+        from bt_mission.language.checks.python_code import (  # noqa: PLC0415 - few have Python
+            leaf_diagnostics,
+        )
+
         yield from leaf_diagnostics(tree, node, permissions, variables)
 
 

@@ -1,7 +1,5 @@
 """Goals of ROS 2 actions: of any action, and of those with a short name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self

@@ -6,8 +6,6 @@ reads, the variables that it writes, how it can end, and what it is called. Chec
 the builder of behaviours ask the class; `registry.KINDS` lists them all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -26,8 +24,9 @@ from typing import (
     get_origin,
 )
 
-from pydantic import BaseModel, ConfigDict, Field, SkipValidation, WithJsonSchema
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from pydantic.json_schema import SkipJsonSchema
+from pydantic_core.core_schema import CoreSchema, any_schema
 from typing_extensions import override
 
 from bt_mission.base.diagnostics import MOST_DIAGNOSTICS, Diagnostic
@@ -50,6 +49,18 @@ FAILURE: Ends = frozenset({"failure"})
 
 NODE_MARK, TREE_MARK = "x-node", "x-tree"
 """Placeholders in a schema for a node and the definition of a tree (`schema.py`)."""
+
+
+class Unchecked:
+    """Marks a field that has been read already: pydantic takes it as it is.
+
+    Unlike its `SkipValidation` it builds nothing for the type of the field.
+    """
+
+    def __get_pydantic_core_schema__(self, _type: Any, _handler: Any) -> CoreSchema:
+        """Return the schema of anything."""
+        return any_schema()
+
 
 NODE_SCHEMA = WithJsonSchema({NODE_MARK: True})
 
@@ -159,7 +170,7 @@ class Reading:
 
 Content = TypeVar("Content")
 
-Hidden: TypeAlias = SkipJsonSchema[SkipValidation[Content]]
+Hidden: TypeAlias = Annotated[Content, Unchecked(), SkipJsonSchema()]
 """A field that the reader fills and no person writes."""
 
 HIDDEN = "@"
@@ -210,9 +221,7 @@ class NodeModel(InFile, Written):
     """
 
     name: Line = ""
-    place: SkipJsonSchema[SkipValidation[NodePlace]] = Field(
-        NodePlace(), alias="@place", repr=False
-    )
+    place: Hidden[NodePlace] = Field(NodePlace(), alias="@place", repr=False)
 
     # ---- the form of the kind ------------------------------------------------------------
 
@@ -250,7 +259,7 @@ class NodeModel(InFile, Written):
         return self.place.path
 
     @property
-    def below(self) -> tuple[NodeModel, ...]:
+    def below(self) -> "tuple[NodeModel, ...]":
         """The nodes directly below this one."""
         return ()
 
@@ -259,7 +268,7 @@ class NodeModel(InFile, Written):
         """The values of `fixed`."""
         return (self.kind, self.name, *(getattr(self, name) for name in self.fixed))
 
-    def walk(self) -> Iterator[NodeModel]:
+    def walk(self) -> "Iterator[NodeModel]":
         """Yield this node and all below it, in the order of the file."""
         waiting: list[NodeModel] = [self]
         while waiting:
@@ -322,8 +331,8 @@ def _read_fields(
             yield from _read_fields(kind, place, within)
 
 
-Child = Annotated[NodeModel, SkipValidation, NODE_SCHEMA]
-MaybeChild = Annotated[NodeModel | None, SkipValidation, NODE_SCHEMA]
+Child = Annotated[NodeModel, Unchecked(), NODE_SCHEMA]
+MaybeChild = Annotated[NodeModel | None, Unchecked(), NODE_SCHEMA]
 Children = Annotated[tuple[Child, ...], Field(min_length=1, strict=False)]
 
 

@@ -1,7 +1,5 @@
 """The kinds of node with several nodes below them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 

@@ -1,7 +1,5 @@
 """The kinds of node with one node below them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal, Self
 

@@ -23,16 +23,16 @@ from bt_mission.language.expressions.units import Measured, as_quantity, is_angl
 from bt_mission.language.expressions.values import ExpressionError, LooseText, Type
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_SHORT_TYPE = re.compile(r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)")
-"""The name of a type, also without its folder."""
-_ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-_FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
-_NODE_OR_PROGRAM = re.compile(rf"{_FACTORY.pattern}|[\w./-]+\.py(\s[^\x00-\x1f]*)?")
-_PROGRAM = re.compile(r"[\w./-]+\.py|[A-Za-z_][\w-]*(\.\w+)*")
-_TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
-_TREE_NAME = re.compile(r"[^\W\d][\w-]*")
-_QUANTITY = re.compile(r"[-+ ]*[.0-9]")
-_FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
+_SHORT_TYPE = r"([a-z][a-z0-9_]*)/(?:(msg|srv|action)/)?([A-Z][A-Za-z0-9]*)"
+"""The name of a type, also without its folder. Such patterns are compiled when they are used."""
+_ROS_NAME = r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*"
+_FACTORY = r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*"
+_NODE_OR_PROGRAM = rf"{_FACTORY}|[\w./-]+\.py(\s[^\x00-\x1f]*)?"
+_PROGRAM = r"[\w./-]+\.py|[A-Za-z_][\w-]*(\.\w+)*"
+_TARGET = rf"{_FACTORY}|[A-Za-z_][\w-]*"
+_TREE_NAME = r"[^\W\d][\w-]*"
+_QUANTITY = r"[-+ ]*[.0-9]"
+_FIELD = r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*"
 
 
 Kind = TypeVar("Kind")
@@ -131,7 +131,7 @@ def parsed(kind: Callable[[str], Kind], text: str, words: str = "", unit: str | 
 def is_quantity(text: str) -> bool:
     """Return whether a text is a number with a unit and nothing else."""
     try:
-        return _QUANTITY.match(text) is not None and as_quantity(parse(text)[0]) is not None
+        return re.match(_QUANTITY, text) is not None and as_quantity(parse(text)[0]) is not None
     except ExpressionError:
         return False
 
@@ -305,11 +305,11 @@ def _coordinate(value: Any, unit: str) -> float:
     return float(value)
 
 
-def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
+def text_rule(pattern: str, expected: str) -> Callable[[Any], str]:
     """Return the rule for texts of a pattern, which refuses others in these words."""
 
     def rule(value: Any) -> str:
-        if not isinstance(value, str) or not pattern.fullmatch(value):
+        if not isinstance(value, str) or not re.fullmatch(pattern, value):
             raise refusal(f"expected {expected}, got {describe(value)}", code="BT-307")
         return value
 
@@ -318,12 +318,10 @@ def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
 
 def _type_rule(folder: str, example: str) -> Callable[[Any], str]:
     """Return the rule for the full name of a type of an action, a service or a message."""
-    rule = text_rule(
-        re.compile(rf"[a-z][a-z0-9_]*/{folder}/[A-Z][A-Za-z0-9]*"), f"a type such as {example}"
-    )
+    rule = text_rule(rf"[a-z][a-z0-9_]*/{folder}/[A-Z][A-Za-z0-9]*", f"a type such as {example}")
 
     def with_folder(value: Any) -> str:
-        parts = _SHORT_TYPE.fullmatch(value) if isinstance(value, str) else None
+        parts = re.fullmatch(_SHORT_TYPE, value) if isinstance(value, str) else None
         if parts is not None and parts[2] != folder:
             hint = f"did you mean '{parts[1]}/{folder}/{parts[3]}'?"
             raise refusal(
@@ -336,7 +334,7 @@ def _type_rule(folder: str, example: str) -> Callable[[Any], str]:
 
 def message_field(value: Any) -> str:
     """Return the dotted name of a field of a message."""
-    if isinstance(value, str) and _FIELD.fullmatch(value.partition("[")[0]) and "[" in value:
+    if isinstance(value, str) and re.fullmatch(_FIELD, value.partition("[")[0]) and "[" in value:
         hint = "follow the list, and write the index where the variable is read: NAME[0]"
         message = f"expected the name of a field, got {describe(value)}"
         raise refusal(message, hint, code="BT-307")
@@ -344,7 +342,7 @@ def message_field(value: Any) -> str:
 
 
 _message_field = text_rule(_FIELD, "the name of a field such as pose.position.x")
-_variable_name = text_rule(VARIABLE, "a name of letters, digits and '_'")
+_variable_name = text_rule(VARIABLE.pattern, "a name of letters, digits and '_'")
 tree_name = text_rule(_TREE_NAME, "a name of letters, digits, '_' and '-'")
 result_field = text_rule(_FIELD, "the name of a result field")
 python_target = text_rule(
@@ -376,7 +374,7 @@ def node_entry(value: Any) -> str | ProgramEntry:
         hint = did_you_mean(unknown[0], _ENTRY_KEYS)
         raise refusal(f"unknown key '{unknown[0]}' (keys: {listed(_ENTRY_KEYS)})", hint)
     program, words = value.get("program"), value.get("arguments", [])
-    if not isinstance(program, str) or not _PROGRAM.fullmatch(program):
+    if not isinstance(program, str) or not re.fullmatch(_PROGRAM, program):
         raise refusal(
             "program: expected a file such as 'server.py', a module or a console script, got "
             f"{describe(program)}"

@@ -1,7 +1,5 @@
 """The kinds of node that use ROS interfaces, actions apart: services and topics."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from operator import is_not

@@ -1,7 +1,5 @@
 """The kinds of leaf that speak to nobody, and those that are written in Python."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, ClassVar
 

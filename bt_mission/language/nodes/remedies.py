@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -206,6 +205,8 @@ def unknown_kind(
         return f"no node type beside {quoted(key)}", hint
     if instead is not None:
         return f"unknown node type {quoted(key)}", instead
+    import difflib  # noqa: PLC0415 - for errors alone
+
     near = difflib.get_close_matches(key[:100], known, n=NEAREST, cutoff=0.0)
     message = f"unknown node type {quoted(key)} (nearest: {listed(near)}; {ALL_KINDS})"
     return message, did_you_mean(key, known) or ""

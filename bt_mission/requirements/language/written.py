@@ -1,9 +1,7 @@
 """Requirements as written in a file: a formula, or a mapping with `whenever` and `then`."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import (
     AfterValidator,
@@ -69,7 +67,7 @@ class RequirementForm(Written):
     on_violation: OnViolation = "report"
 
     @model_validator(mode="after")
-    def _is_whole(self) -> RequirementForm:
+    def _is_whole(self) -> Self:
         if self.formula is not None and (self.whenever or self.then or self.within):
             raise refusal("expected 'formula', or 'whenever' and 'then', got both", code="BT-601")
         if self.formula is None and (self.whenever is None or self.then is None):

@@ -1,7 +1,5 @@
 """Ranges of variation: files of ranges for `sweep` and `falsify`, and the option ``--vary``."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """The form of a fleet file, and its JSON Schema for editors."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 from pydantic import Field
