@@ -13,7 +13,7 @@ breakpoint pauses it in the middle of a tick, just before a node starts.
 from __future__ import annotations
 
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -263,6 +263,11 @@ class Executive:
     def nodes(self) -> tuple[Behaviour, ...]:
         """Every node, depth first."""
         return self._nodes
+
+    @property
+    def running_nodes(self) -> Collection[Behaviour]:
+        """The nodes that run, in the order in which they started."""
+        return self._running.keys()
 
     @property
     def running_leaves(self) -> list[Behaviour]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -9,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from py_trees.common import Status
 
 from bt_mission.base.actions import PARTS
-from bt_mission.commands.prove.environment import INTERRUPT, ORPHANED, Environment
+from bt_mission.commands.prove.environment import INTERRUPT, Environment
 from bt_mission.commands.prove.explorer import Explored
+from bt_mission.commands.prove.state_key import ORPHANED, is_whole_end
 from bt_mission.executive.goals.goal import Phase
 from bt_mission.executive.status import MissionStatus
 from bt_mission.requirements.language.premises import Premise
@@ -32,6 +34,9 @@ PROPERTIES = {
 OF_SOME_RUN = frozenset(("ends", "dead_node", "interrupt"))
 """Properties that hold because some run does something: a run that may not exist proves none."""
 
+LOSES, WHOLE_END = "loses", "whole end"
+"""Names of what a step shows of goals that are lost: that it loses one for ever, and that the
+mission ends with nothing else wrong."""
 _NO_VALUE = re.compile(r"'\$?([^' ]+)' has no value")
 _RAISED = re.compile(r"raised by \S+")
 
@@ -78,6 +83,9 @@ class Claims:
     """Premises that came true on some way, each with its requirement's name."""
     unproved: set[str] = field(default_factory=set)
     """Properties that a run may break which an abstraction adds."""
+    _losses: dict[int, float] = field(default_factory=dict)
+    """The states behind a step that loses a goal, with the most faults that are left there."""
+    _whole_ends: set[int] = field(default_factory=set)
     _open: dict[Broken, set[int]] = field(default_factory=dict)
     """The states in which a run may stay for ever, by the property that this would break."""
 
@@ -94,6 +102,8 @@ class Claims:
             shown.append(
                 Broken("requirement", requirement.name, "", text, requirement=requirement.name)
             )
+        if environment.has_lost:
+            shown.append(Broken(LOSES, "", "", ""))
         if environment.is_done:
             shown += self._look_at_end(environment)
         return tuple(shown)
@@ -101,7 +111,11 @@ class Claims:
     def take(self, shown: tuple[Broken, ...], state: int, faults_left: float) -> None:
         """Note what a state shows."""
         for broken in shown:
-            if broken.is_open and faults_left >= 1:
+            if broken.name == LOSES:
+                self._losses[state] = max(faults_left, self._losses.get(state, 0))
+            elif broken.name == WHOLE_END:
+                self._whole_ends.add(state)
+            elif broken.is_open and faults_left >= 1:
                 self._open.setdefault(broken, set()).add(state)
             elif not broken.is_open and (faults_left >= 1 or not broken.needs_fault):
                 key = broken.name, broken.about
@@ -113,6 +127,8 @@ class Claims:
         executive = environment.executive
         for name in environment.skipped_cleanups:
             yield Broken("cleanup", name, name, f"the clean-up of '{name}' has not run")
+        if is_whole_end(executive):
+            yield Broken(WHOLE_END, "", "", "")
         if executive.verdict is not MissionStatus.FAILURE:
             return
         self.failures.setdefault(environment.reason)
@@ -144,7 +160,17 @@ class Claims:
                 if not is_abstract:
                     self.take((replace(broken, is_open=False),), endless[0], 1)
 
+    def _find_orphans(self, explored: Explored) -> None:
+        """Note whether a mission that has lost a goal can end with nothing else wrong.
+
+        Goals that are lost for ever tell no states apart: they only change the reason at the end.
+        """
+        fewest = explored.faults_to(self._whole_ends) if self._losses else {}
+        if any(fewest.get(state, math.inf) <= left for state, left in self._losses.items()):
+            self.failures.setdefault(ORPHANED)
+
     def _find_cycles(self, explored: Explored, *, are_samples: bool) -> None:
+        self._find_orphans(explored)
         if ORPHANED in self.failures:
             del self.failures[ORPHANED]
             for action, owner in self.given_up:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
 from random import Random
 from typing import Any
@@ -145,11 +145,15 @@ class Service:
         responses = self._cases.of_outputs(outputs, self._type.Response(), ("success",))
         return self._cases.considered(responses, self._answers, self.name)
 
-    @property
-    def key(self) -> tuple[Any, ...]:
-        """Its state, its delays apart."""
+    def key(self, names: Collection[str] | None) -> tuple[Any, ...]:
+        """Return its state, its delays apart.
+
+        Args:
+            names: Of the services that a leaf may still call; None for all.
+        """
         callers = [self._evaluator_of(leaf).path for leaf, _ in self.calls]
-        return self.name, self.is_away, tuple(callers), self.is_mute and bool(callers)
+        is_away = self.is_away and (names is None or self.name in names)
+        return self.name, is_away, tuple(callers), self.is_mute and bool(callers)
 
 
 class Topic:
@@ -340,10 +344,13 @@ class Speech:
     def publish(self, _message: Any) -> None:
         """Nobody reads it."""
 
-    @property
-    def key(self) -> tuple[Any, ...]:
-        """Its state."""
-        return self.name, self.is_away
+    def key(self, names: Collection[str] | None) -> tuple[Any, ...]:
+        """Return its state.
+
+        Args:
+            names: Of the topics on which a leaf may still publish; None for all.
+        """
+        return self.name, self.is_away and (names is None or self.name in names)
 
 
 class AnyBehaviour(Leaf):

@@ -46,23 +46,17 @@ from bt_mission.commands.prove.memento import Keeper, Memento
 from bt_mission.commands.prove.offered import OfferedClients
 from bt_mission.commands.prove.requirements import RequirementMonitors
 from bt_mission.commands.prove.state_key import (
-    LOST,
-    attempt_key,
+    ORPHANED,
+    StateKeys,
+    end_key,
     failed_tip,
-    goal_key,
-    inner_key,
-    leaves_behind,
-    noter,
-    numbers_of,
-    values_key,
+    own_reason,
     without_times,
 )
 from bt_mission.commands.prove.values import ValueCases
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.behaviours.builder import BEHAVIOURS, build_tree
-from bt_mission.executive.behaviours.cleanup import Finally
 from bt_mission.executive.behaviours.client_leaves import ServiceLeaf, WaitFor
-from bt_mission.executive.behaviours.decorators import Subtree
 from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.executive.events.events import NodeChanged, NodesReset
 from bt_mission.executive.executive import Executive
@@ -79,8 +73,6 @@ from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
 INTERRUPT = "Ctrl-C"
-ORPHANED = "orphaned goals"
-"""Begins the list of goals in the reason of a mission that leaves some behind."""
 
 
 Asked: TypeAlias = tuple[list[Question], list[tuple[Due, Question]]]
@@ -160,8 +152,8 @@ class Environment(OfferedClients):
         self.opened: dict[str, int] = {}
         """The counts that are open, by the name of the node."""
         self._moment = _Moment(may_interrupt=has_interrupts)
-        self.is_stuck = self.is_quiet = False
-        """Did nothing happen in the last step; and is no limit running?"""
+        self.is_stuck = self.is_quiet = self.has_lost = False
+        """Did nothing happen in the last step; is no limit running; is a goal lost for ever?"""
         self.has_answered = False
         """Did something happen in the last step that might have happened at another instant?"""
         self.ticked_ns = START_NS
@@ -185,12 +177,6 @@ class Environment(OfferedClients):
         }
         self._action_leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
-        self._finals = [node for node in nodes if isinstance(node, Finally)]
-        self._subtrees = [
-            (node, [below for below in node.iterate() if isinstance(below, Finally)])
-            for node in nodes
-            if isinstance(node, Subtree)
-        ]
         self._alone = lone_leaves(nodes)
         self._unlimited = unlimited_leaves(nodes, self._evaluators)
         self._limits = RunningLimits(
@@ -210,7 +196,8 @@ class Environment(OfferedClients):
         for topic in self._topics.values():
             topic.is_age_loose = rounds != 0 and not is_untimed
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
-        self._note_tree = noter(root, self.executive.indices)
+        self.keys = StateKeys(self.executive, self.ledger, self._evaluators, self)
+        """What of a state counts."""
         self._present: Memento | None = None
         """The state that was put back, until its next step."""
         self._asked: tuple[Memento | None, Asked] = (None, ([], []))
@@ -221,7 +208,7 @@ class Environment(OfferedClients):
         """The nodes that the last tick has visited."""
         self._inner_of: dict[Any, Scope] = {
             node: node.inner
-            for node, finals in self._subtrees
+            for node, finals in self.keys.subtrees
             if not finals and not node.inner.followed
         }
         """The variables that change only where a step visits their node."""
@@ -284,8 +271,7 @@ class Environment(OfferedClients):
     @property
     def reason(self) -> str:
         """Why the mission has ended; goals that it leaves behind are named only without others."""
-        before, orphaned, _ = without_times(self.executive.reason).partition(ORPHANED)
-        return before.removesuffix("; ") or orphaned
+        return own_reason(self.executive) or without_times(self.executive.reason)[: len(ORPHANED)]
 
     # ---- one step ---------------------------------------------------------------------------
 
@@ -304,7 +290,7 @@ class Environment(OfferedClients):
         self._used += [service for service in self._services.values() if service.calls]
         self._keeper.begin()
         self.is_stuck = self.is_quiet = self.has_answered = False
-        before = self._moment.limits
+        before, lost = self._moment.limits, self.keys.lost_goals
         executive, running = self.executive, MissionStatus.RUNNING
         was_running = executive.status is running
         is_settled = not was_running and not executive.cleanups.is_pending
@@ -315,6 +301,7 @@ class Environment(OfferedClients):
             self._keeper.touch(self._used)
         else:
             self._keeper.touch_all()
+        self.has_lost = not self.keys.lost_goals <= lost
         return is_allowed
 
     def wait(self, ticks: int) -> int:
@@ -554,7 +541,7 @@ class Environment(OfferedClients):
     @property
     def skipped_cleanups(self) -> list[str]:
         """Clean-ups that are due and have not ended; none may be when the mission has ended."""
-        return [node.name for node in self._finals if node.limit_s > 0]
+        return [node.name for node in self.keys.finals if node.limit_s > 0]
 
     @property
     def silent_leaves(self) -> list[Behaviour]:
@@ -610,32 +597,10 @@ class Environment(OfferedClients):
         return due.node in self._alone
 
     def _untimed_key(self) -> Any:
-        executive = self.executive
-        if executive.is_done:
-            return (str(executive.verdict), self.reason, self.requirements.key)
-        tree: list[Any] = []
-        self._note_tree(tree)
-        held = self.ledger.open_goals
-        numbers = numbers_of(held)
-        return (
-            str(executive.status),
-            (str(executive.verdict), without_times(executive.reason)) if executive.reason else "",
-            tuple(map(without_times, executive.cleanups.failures)),
-            self._moment.may_interrupt,
-            self.ledger.is_held,
-            tuple(tree),
-            values_key(self.scope.values),
-            tuple([inner_key(node, finals) for node, finals in self._subtrees]),
-            tuple([attempt_key(leaf, numbers) for leaf in self._action_leaves]),
-            tuple([goal_key(goal, self.ledger) for goal in held if numbers[id(goal)] != LOST]),
-            leaves_behind(numbers, self._goal_servers.values()),
-            tuple([server.key(numbers) for server in self._goal_servers.values()]),
-            tuple([service.key for service in self._services.values()]),
-            tuple([topic.key for topic in self._topics.values()]),
-            tuple([speech.key for speech in self._speeches.values()]),
-            tuple([leaf.answer for leaf in self._any_behaviours_running]),
-            self.requirements.key,
-        )
+        requirements = self.requirements.key
+        if self.executive.is_done:
+            return (*end_key(self.executive), requirements)
+        return (self._moment.may_interrupt, *self.keys.untimed(), requirements)
 
     # ---- taking and putting back ------------------------------------------------------------
 
@@ -659,9 +624,9 @@ class Environment(OfferedClients):
             executive.followed,
             *executive.followed.variables,
             self.ledger,
-            *self._finals,
+            *self.keys.finals,
             self.scope,
-            *(node.inner for node, _ in self._subtrees if node not in self._inner_of),
+            *(node.inner for node, _ in self.keys.subtrees if node not in self._inner_of),
             *self._topics.values(),
             *self._speeches.values(),
             *self.requirements.kept,

@@ -12,6 +12,7 @@ from array import array
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
+from heapq import heappop, heappush
 from typing import Any, Protocol
 
 from bt_mission.commands.prove.choices import UNBOUNDED, Script
@@ -66,6 +67,7 @@ class Explored:
         shapes: By state, the number of its shape.
         digests: By shape, its hash.
         edges: Pairs of states with a step without a fault between, flat.
+        costly_edges: Pairs of states with a step with faults between, and their number, flat.
         ended: States in which the mission has ended.
         stuck: States in which nothing more happens.
         beside: The names of what was limited while answers came, which might have come at instants
@@ -80,6 +82,7 @@ class Explored:
     shapes: array[int] = field(default_factory=lambda: array("I"))
     digests: Sequence[bytes] = ()
     edges: array[int] = field(default_factory=lambda: array("I"))
+    costly_edges: array[int] = field(default_factory=lambda: array("I"))
     ended: set[int] = field(default_factory=set)
     stuck: set[int] = field(default_factory=set)
     beside: dict[str, None] = field(default_factory=dict)
@@ -95,6 +98,13 @@ class Explored:
             way.append(self.scripts[state])
             state = self.came_from[state]
         return way[::-1]
+
+    def connect(self, start: int, end: int, faults: float) -> None:
+        """Note a step between two states; of an unbounded number of faults none is counted."""
+        if faults > 0:
+            self.costly_edges.extend((start, end, int(faults)))
+        else:
+            self.edges.extend((start, end))
 
     def endless(self, states: Collection[int]) -> list[int]:
         """Return the states among these from which a way without faults stays among them for ever.
@@ -118,6 +128,28 @@ class Explored:
                 if not ways[start]:
                     waiting.append(start)
         return sorted(endless)
+
+    def faults_to(self, ends: Collection[int]) -> dict[int, int]:
+        """Return the fewest faults on a way to one of these states, by state; of those with a way.
+
+        Args:
+            ends: Some of them.
+        """
+        before: dict[int, list[tuple[int, int]]] = {}
+        for start, end in zip(self.edges[::2], self.edges[1::2], strict=True):
+            before.setdefault(end, []).append((start, 0))
+        costly = self.costly_edges
+        for start, end, cost in zip(costly[::3], costly[1::3], costly[2::3], strict=True):
+            before.setdefault(end, []).append((start, cost))
+        fewest: dict[int, int] = {}
+        waiting = [(0, state) for state in sorted(ends)]
+        while waiting:
+            faults, state = heappop(waiting)
+            if state not in fewest:
+                fewest[state] = faults
+                for start, cost in before.get(state, ()):
+                    heappush(waiting, (faults + cost, start))
+        return fewest
 
     def hopeless(self) -> list[int]:
         """Return the states from which no way without faults leads to an end, in their order.
@@ -321,8 +353,8 @@ class _Exploration:
             explored.shapes.append(shape)
             self._most_left.append(left)
             explored.progress.states += 1
-        if waiting.state >= 0 and left == waiting.faults_left:
-            explored.edges.extend((waiting.state, state))
+        if waiting.state >= 0:
+            explored.connect(waiting.state, state, waiting.faults_left - left)
         if change.beside and min(waiting.times, default=0) > 2 * TICK_NS:
             explored.beside |= dict.fromkeys(change.beside)
         if change.shown:

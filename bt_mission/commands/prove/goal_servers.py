@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -132,7 +132,7 @@ class GoalServer:
     def is_ready(self) -> bool:
         """Choose whether there is a server, unless it works on a goal."""
         self._on_use(self)
-        if any(goal.stage != "over" for goal in self.goals):
+        if any(goal.stage != "over" for goal in self.answerable):
             return not self.is_away
         if self.is_lost:
             return False
@@ -200,20 +200,23 @@ class GoalServer:
                     None,
                 )
 
-    def key(self, numbers: Mapping[int, int]) -> tuple[Any, ...]:
-        """Return its state, and that of its goals.
-
-        Goals that are never answered are alike: they only show that the server is there.
+    def key(self, numbers: Mapping[int, int], names: Collection[str] | None) -> tuple[Any, ...]:
+        """Return its state, and that of its goals that it may still answer.
 
         Args:
             numbers: Of the goals in the ledger, by their `id`.
+            names: Of the servers for which a leaf may still ask; None for all.
         """
+        is_away = self.is_away and (names is None or self.name in names)
         if not self.goals:
-            return self.name, self.is_away
+            return self.name, is_away
+        return self.name, is_away, *(entry.key(numbers) for entry in self.answerable)
+
+    @property
+    def answerable(self) -> list[ServedGoal]:
+        """The goals that may still get an answer."""
         is_late = bool(self._answers.at("mute", self.name))
-        goals = [entry for entry in self.goals if is_late or entry.stage != "mute"]
-        are_mute = len(goals) < len(self.goals)
-        return self.name, self.is_away, are_mute, *(entry.key(numbers) for entry in goals)
+        return [entry for entry in self.goals if is_late or entry.stage != "mute"]
 
     def beat(self) -> None:
         """Send the feedback that keeps a goal from its limit of silence."""

@@ -71,7 +71,7 @@ class ProofOptions:
         self, mission: Mission, faults: float | None = None, **widened: bool
     ) -> Environment:
         """Return a mission before its first step."""
-        return Environment(
+        environment = Environment(
             mission,
             self.answers,
             self.faults if faults is None else faults,
@@ -80,6 +80,8 @@ class ProofOptions:
             requirements=self.all_requirements(mission),
             **widened,
         )
+        environment.keys.keeps_all = self.revision is not None
+        return environment
 
     def all_requirements(self, mission: Mission) -> tuple[Requirement, ...]:
         """Return the requirements of a mission, and those besides."""

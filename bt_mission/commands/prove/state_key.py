@@ -11,24 +11,137 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.commands.prove.goal_servers import GoalServer
+from bt_mission.commands.prove.clients import AnyBehaviour
+from bt_mission.commands.prove.liveness import SERVERS, LiveVariables, Names
+from bt_mission.commands.prove.offered import OfferedClients
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.behaviours.cleanup import Finally
 from bt_mission.executive.behaviours.control import Parallel, Pick, Selector, Sequence
 from bt_mission.executive.behaviours.decorators import Repeat, Retry, Subtree
+from bt_mission.executive.behaviours.evaluator import Evaluator
 from bt_mission.executive.behaviours.snapshot import save
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.goal import Goal, Phase
 from bt_mission.executive.goals.ledger import Ledger
+from bt_mission.executive.status import MissionStatus
 from bt_mission.language.expressions.values import NoValue
 
 LOST = -2
 """In place of the number of a goal that is given up: which one it is changes nothing."""
 
 
+ORPHANED = "orphaned goals"
+"""Begins the list of goals in the reason of a mission that leaves some behind."""
 _TAKEN = re.compile(r", -?[0-9.e+]+ s after its acceptance")
 
 
-def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[Any]], None]:
+class StateKeys:
+    """Writes what of the present state its future depends on, its times left apart.
+
+    Args:
+        executive: Runs the mission.
+        ledger: Keeps its goals.
+        evaluators: Of its nodes.
+        clients: What answers it.
+
+    Attributes:
+        keeps_all: Do the variables count, too, that nobody reads any more, and lost goals?
+        finals: The nodes with a clean-up.
+        subtrees: The nodes of named trees, each with the nodes in it that have a clean-up.
+    """
+
+    def __init__(
+        self,
+        executive: Executive,
+        ledger: Ledger,
+        evaluators: Mapping[Behaviour, Evaluator],
+        clients: OfferedClients,
+    ) -> None:
+        self._executive, self._ledger, self._clients = executive, ledger, clients
+        nodes, root = executive.nodes, executive.root
+        self.keeps_all = False
+        self.subtrees = [
+            (node, [below for below in node.iterate() if isinstance(below, Finally)])
+            for node in nodes
+            if isinstance(node, Subtree)
+        ]
+        self._scope = evaluators[root].scope
+        self.finals = [node for node in nodes if isinstance(node, Finally)]
+        self._leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
+        self._classes = [node for node in nodes if isinstance(node, AnyBehaviour)]
+        self._live = LiveVariables(root, evaluators)
+        self._note_tree = noter(root, executive.indices, self._live.read_in_cleanup)
+
+    def untimed(self) -> tuple[Any, ...]:
+        """Return the state of a mission that has not ended."""
+        executive, ledger, clients = self._executive, self._ledger, self._clients
+        tree: list[Any] = []
+        self._note_tree(tree)
+        held = ledger.open_goals
+        numbers = numbers_of(held)
+        names = self._live_names
+        asked = None if names is None else names[SERVERS]
+        read = None if names is None else names[id(self._scope)]
+        return (
+            str(executive.status),
+            (str(executive.verdict), without_times(executive.reason)) if executive.reason else "",
+            tuple(map(without_times, executive.cleanups.failures)),
+            ledger.is_held,
+            tuple(tree),
+            values_key(self._scope.values, read),
+            tuple([inner_key(node, finals, names) for node, finals in self.subtrees]),
+            tuple([attempt_key(leaf, numbers) for leaf in self._leaves]),
+            tuple([goal_key(goal, ledger) for goal in held if numbers[id(goal)] != LOST]),
+            self.keeps_all and bool(self.lost_goals),
+            tuple([server.key(numbers, asked) for server in clients.goal_servers]),
+            tuple([service.key(asked) for service in clients.services]),
+            tuple([topic.key for topic in clients.topics]),
+            tuple([publisher.key(asked) for publisher in clients.publishers]),
+            tuple([leaf.answer for leaf in self._classes if leaf.status is Status.RUNNING]),
+        )
+
+    @property
+    def _live_names(self) -> Names | None:
+        """The names of the variables and servers that count; None for all."""
+        executive = self._executive
+        is_running = executive.status is MissionStatus.RUNNING
+        # The tree may wait for the first messages of what it follows.
+        if self.keeps_all or (is_running and executive.root.status is not Status.RUNNING):
+            return None
+        detached = [node for node in self.finals if node.is_detached]
+        return self._live.names(executive.running_nodes, detached)
+
+    @property
+    def lost_goals(self) -> set[int]:
+        """The goals that are given up and that no server answers any more, by their `id`."""
+        lost = {id(goal) for goal in self._ledger.open_goals if goal.phase is Phase.LOST}
+        if lost:
+            for server in self._clients.goal_servers:
+                lost -= {id(entry.goal) for entry in server.answerable}
+        return lost
+
+
+def end_key(executive: Executive) -> tuple[str, str]:
+    """Return how a mission has ended, but for goals that it leaves behind."""
+    return "whole" if is_whole_end(executive) else str(executive.verdict), own_reason(executive)
+
+
+def own_reason(executive: Executive) -> str:
+    """Return why a mission has ended, apart from goals that it leaves behind."""
+    return without_times(executive.reason).partition(ORPHANED)[0].removesuffix("; ")
+
+
+def is_whole_end(executive: Executive) -> bool:
+    """Has a mission ended with a success, but for goals that it leaves behind?"""
+    is_cut = executive.verdict is MissionStatus.INTERRUPTED
+    return executive.is_done and not is_cut and not own_reason(executive)
+
+
+def noter(
+    node: Behaviour,
+    indices: Mapping[Behaviour, int],
+    read_in_cleanup: Callable[[Finally], frozenset[str]],
+) -> Callable[[list[Any]], None]:
     """Return what notes the status of a node, and its memory and the nodes below while it runs.
 
     A node that joins others may end by a failure that came before its last tick, so the
@@ -37,9 +150,11 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
 
     Args:
         indices: The number of each node.
+        read_in_cleanup: Returns the variables that a clean-up may read.
     """
-    running, failure, memory = Status.RUNNING, Status.FAILURE, _memory_of(node)
-    below = [(child, noter(child, indices)) for child in node.children]
+    running, failure = Status.RUNNING, Status.FAILURE
+    memory = _memory_of(node, read_in_cleanup)
+    below = [(child, noter(child, indices, read_in_cleanup)) for child in node.children]
     final = node if isinstance(node, Finally) else None
     fallback = node if isinstance(node, Selector) else None
     is_joining = isinstance(node, Finally | Parallel)
@@ -115,32 +230,20 @@ def goal_key(goal: Goal, ledger: Ledger) -> Any:
     )
 
 
-def leaves_behind(numbers: Mapping[int, int], servers: Iterable[GoalServer]) -> bool:
-    """Is a goal lost for ever: one that no server works on?
-
-    Args:
-        numbers: Of the open goals, by their `id`.
-        servers: Those of all actions.
-    """
-    lost = {goal for goal, number in numbers.items() if number == LOST}
-    if lost:
-        for server in servers:
-            lost -= {id(entry.goal) for entry in server.goals if entry.stage != "mute"}
-    return bool(lost)
-
-
-def inner_key(node: Subtree, finals: Iterable[Finally]) -> Any:
+def inner_key(node: Subtree, finals: Iterable[Finally], names: Names | None) -> Any:
     """Return the variables of a named tree while something may read them.
 
     They are replaced where it begins, apart from those that follow topics.
 
     Args:
         finals: The nodes with a clean-up in the tree.
+        names: Of the variables that may be read; None for all.
     """
     inner = node.inner
-    is_read = node.status is Status.RUNNING or inner.followed
-    if is_read or any(final.is_detached for final in finals):
+    if any(final.is_detached for final in finals):
         return values_key(inner.values)
+    if node.status is Status.RUNNING or inner.followed:
+        return values_key(inner.values, None if names is None else names[id(inner)])
     return None
 
 
@@ -151,7 +254,9 @@ def failed_tip(node: Behaviour) -> Behaviour:
     return node
 
 
-def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
+def _memory_of(
+    node: Behaviour, read_in_cleanup: Callable[[Finally], frozenset[str]]
+) -> Callable[[], Any] | None:
     """Return what gives the memory of a running node, its times left apart; None without one."""
     match node:
         case Repeat():
@@ -163,11 +268,12 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
             return partial(_child_of, node)
         case _ if not node.children:
             return None
+    kept = read_in_cleanup(node) if isinstance(node, Finally) else None
 
     def memory() -> Any:
         saved = {name: value for name, value in save(node, 0).items() if name != "left_ns"}
-        if isinstance(node, Finally):
-            saved["values"] = values_key(dict(saved["values"]))
+        if kept is not None:
+            saved["values"] = values_key(dict(saved["values"]), kept)
         return plain(saved)
 
     return memory
@@ -179,9 +285,14 @@ def _child_of(node: Any) -> int:
     return -1 if current is None else node.children.index(current)
 
 
-def values_key(values: Mapping[str, Any]) -> Any:
-    """Return variables with their values, by name."""
-    return tuple(sorted([(name, plain(value)) for name, value in values.items()]))
+def values_key(values: Mapping[str, Any], names: frozenset[str] | None = None) -> Any:
+    """Return variables with their values, by name.
+
+    Args:
+        names: Those that count; None for all.
+    """
+    counting = values if names is None else [name for name in names if name in values]
+    return tuple(sorted([(name, plain(values[name])) for name in counting]))
 
 
 def plain(value: Any) -> Any:

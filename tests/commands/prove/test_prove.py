@@ -44,7 +44,7 @@ def test_the_exploration_finds_what_plain_enumeration_finds(seed: int) -> None:
     assert explored(mission, 1) == enumerated(mission, 1, most=10_000)
 
 
-STATES = (19, 81, 4, 184, 21, 159, 21, 5, 78, 3, 18, 17, 91, 33, 5, 1, 29, 25, 13, 16)
+STATES = (19, 78, 4, 184, 16, 158, 21, 5, 77, 3, 15, 15, 90, 30, 5, 1, 24, 22, 12, 16)
 """The states of the small missions with seeds that 3 does not divide. A state that is merged
 wrongly, or not merged, changes a count."""
 
@@ -58,7 +58,7 @@ def test_small_missions_have_their_number_of_states() -> None:
 
 @pytest.mark.parametrize(
     ("name", "faults", "states", "ends"),
-    [("patrol", 2, 33, 12), ("square", 2, 167, 24), ("explore", 1, 356, 22)],
+    [("patrol", 2, 33, 12), ("square", 2, 167, 24), ("explore", 1, 238, 21)],
 )
 def test_shipped_missions_have_their_number_of_states(
     name: str, faults: int, states: int, ends: int
