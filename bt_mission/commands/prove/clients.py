@@ -447,14 +447,18 @@ class Draw(Random):
     ) -> None:
         super().__init__(0)
         self._name, self._choices, self._values = name, choices, values
+        self._options: dict[tuple[float, ...], tuple[Option, ...]] = Known()
 
     def random(self) -> float:
         """Choose a number."""
         values = self._values()
         if len(values) == 1:
             return values[0]
-        options = [Option(f"{self._name} draws {value:.3g} of 1") for value in values]
-        return values[self._choices.choose(options)]
+        if values not in self._options:
+            self._options[values] = tuple(
+                Option(f"{self._name} draws {value:.3g} of 1") for value in values
+            )
+        return values[self._choices.choose(self._options[values])]
 
     def choices(
         self, population: Any, weights: Any = None, *, cum_weights: Any = None, k: int = 1

@@ -142,13 +142,14 @@ class ValueCases:
 
     def of_draw(self, node: NodeModel | None) -> tuple[float, ...]:
         """Return the numbers from 0 to 1 that differ for a node that draws."""
-        uses = [] if node is None else self._uses.drawing(node)
         key = DRAW, id(node)
         if key not in self._cached:
-            self._cached[key] = self._draw_cases(uses)
-        values, notes = self._cached[key]
-        self.sampled |= dict.fromkeys(notes)
-        return tuple(values)
+            values, notes = self._draw_cases([] if node is None else self._uses.drawing(node))
+            self._cached[key] = tuple(values), dict.fromkeys(notes)
+        found, sampled = self._cached[key]
+        self.sampled |= sampled
+        drawn: tuple[float, ...] = found
+        return drawn
 
     def of_outputs(
         self, outputs: Mapping[str, str], message: Any, without: Iterable[str] = ()

@@ -272,6 +272,8 @@ def _formulas(value: Any) -> Iterator[Expression | Template]:
 
 def draws(value: Any) -> bool:
     """Return whether a value, nested parts included, uses random numbers."""
+    if isinstance(value, Expression):
+        return value.draws
     return any(formula.draws for formula in _formulas(value))
 
 
