@@ -84,7 +84,7 @@ class Claims:
     unproved: set[str] = field(default_factory=set)
     """Properties that a run may break which an abstraction adds."""
     _losses: dict[int, float] = field(default_factory=dict)
-    """The states behind a step that loses a goal, with the most faults that are left there."""
+    """The states behind a step that loses a goal, with the most faults that remain there."""
     _whole_ends: set[int] = field(default_factory=set)
     _open: dict[Broken, set[int]] = field(default_factory=dict)
     """The states in which a run may stay for ever, by the property that this would break."""

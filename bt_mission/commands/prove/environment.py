@@ -197,7 +197,7 @@ class Environment(OfferedClients):
             topic.is_age_loose = rounds != 0 and not is_untimed
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self.keys = StateKeys(self.executive, self.ledger, self._evaluators, self)
-        """What of a state counts."""
+        """The parts of a state that count."""
         self._present: Memento | None = None
         """The state that was put back, until its next step."""
         self._asked: tuple[Memento | None, Asked] = (None, ([], []))

@@ -6,8 +6,8 @@ true, step by step: every node reads live variables only, and what it writes it 
 those. So they break the same properties, and one of them stands for both. Here a variable is live
 too often rather than too seldom:
 
-- What a node reads is what its class declares, the fields that it sends and its condition included.
-  It counts for as long as the node runs, because a limit may have been computed at entry.
+- A node reads all that its class declares, the fields that it sends and its condition included.
+  That counts for as long as the node runs, because a limit may have been computed at entry.
 - Only a success writes for certain. A failure, a halt and a condition that ends a goal do not.
 - What stands around a node counts while the node runs: the condition of a guard, what follows a
   timeout, a clean-up.

@@ -36,7 +36,7 @@ _TAKEN = re.compile(r", -?[0-9.e+]+ s after its acceptance")
 
 
 class StateKeys:
-    """Writes what of the present state its future depends on, its times left apart.
+    """Writes the parts of the present state that its future depends on, without its times.
 
     Args:
         executive: Runs the mission.
