@@ -17,6 +17,7 @@ from rclpy.publisher import Publisher
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 
+from tests.support.command_cases import named_cases
 from tests.support.project import ROOT
 from tools import check_layers
 from tools.check_layers import SPEAKS_ROS, TOPS, Import, is_in, parsed
@@ -244,8 +245,8 @@ def test_the_tool_says_what_it_found(capsys):
         ("bt_mission.ros.graph", "from bt_mission.cli import run\n", "imports layer "),
         ("bt_mission.ros.executors.live", "import bt_mission.ros.graph\n", "imports layer "),
         (
-            "bt_mission.commands.fork.edit",
-            "import bt_mission.commands.prove.proof\n",
+            "bt_mission.commands.verify",
+            "import bt_mission.commands.report\n",
             "a command imports another one",
         ),
         ("bt_mission.new.room", "from bt_mission.cli import run\n", "a package without a layer"),
@@ -315,15 +316,13 @@ def test_every_top_level_package_is_read():
 
 WRITERS = {
     "bt_mission/base/output.py": "the one place",
-    "bt_mission/commands/new/command.py": "a folder that gets its name when it is whole",
-    "bt_mission/commands/sweep/store.py": "a lock",
     "bt_mission/scenarios/concrete/worker.py": "the null device",
     "bt_mission/testing/failure_recording.py": "a folder that is made for each test",
     "bt_mission/testing/live_graph.py": "logs and locks below a temporary folder",
     "bt_mission/testing/results.py": "a folder that is made for each test",
     "bt_mission/testing/stages.py": "a temporary folder",
-    "bt_mission/commands/video/mp4.py": "the encoder's own open, on a stream of the one place",
     "action_servers/camera/camera_sweep.py": "a folder that is made for each goal",
+    **named_cases("WRITERS"),
 }
 """Modules that write files by themselves, and why an old file is in no danger."""
 

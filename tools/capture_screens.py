@@ -1,8 +1,7 @@
 """Take the screens of docs/reference/terminal.md: a real mission, watched in tmux.
 
 The screen between `<!-- screen: 80x24 -->` and `<!-- end -->` is replaced. The picture is taken of
-the same view by Textual, as SVG. The picture of docs/tutorials/prove.md is what `bt-mission prove`
-prints of its mission.
+the same view by Textual, as SVG.
 
 Run it as: python tools/capture_screens.py [NAME ...]     (tmux is needed)
 """
@@ -17,7 +16,6 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,8 +24,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "reference" / "terminal.md"
 PICTURE = ROOT / "docs" / "images" / "watch.svg"
-TUTORIAL = ROOT / "docs" / "tutorials" / "prove.md"
-PROOF = PICTURE.with_name("prove.svg")
 PROGRAM = [sys.executable, "-m", "bt_mission"]
 RUN = ["run", "missions/explore.yaml", "--set", "legs=100"]
 TMUX = ["tmux", "-L", f"bt_mission_screens_{os.getpid()}"]
@@ -116,48 +112,17 @@ def save(picture: str, path: Path) -> None:
     path.write_text(picture, encoding="utf-8")
 
 
-def draw_proof() -> None:
-    """Save a picture of the first proof of the tutorial, in colours."""
-    from rich.console import Console  # noqa: PLC0415 - as above
-    from rich.text import Text  # noqa: PLC0415
-
-    mission = re.search(r"```yaml survey.yaml\n(.*?)```", TUTORIAL.read_text("utf-8"), re.DOTALL)
-    assert mission is not None, "the tutorial begins with its mission"
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "survey.yaml").write_text(mission[1], encoding="utf-8")
-        command = [*PROGRAM, "prove", "survey.yaml", "--tree"]
-        done = subprocess.run(  # noqa: S603 - our own program
-            command, check=False, capture_output=True, text=True, cwd=folder
-        )
-    text = Text(f"$ bt-mission {' '.join(command[-3:])}\n{done.stdout}")
-    for pattern, style in (
-        (r"^\$.*", "bold"),
-        (r"✓|^  proved:", "green"),
-        (r"^  unset_variable:", "bold red"),
-        (r"^  ends the mission:", "yellow"),
-    ):
-        for match in re.finditer(pattern, text.plain, re.MULTILINE):
-            text.stylize(style, *match.span())
-    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
-        console = Console(record=True, width=110, file=nowhere)
-        console.print(text)
-        save(console.export_svg(title="bt-mission prove"), PROOF)
-
-
 def main() -> None:
     """Take the screen and the picture, or only what is named."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", choices=[SCREEN, "picture", "proof", []])
+    parser.add_argument("names", nargs="*", choices=[SCREEN, "picture", []])
     options = parser.parse_args()
     if shutil.which("tmux") is None:
         raise SystemExit("tmux is not installed")
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ.setdefault("ROS_DOMAIN_ID", "97")  # not the default domain
-    for name in options.names or [SCREEN, "picture", "proof"]:
+    for name in options.names or [SCREEN, "picture"]:
         print(name, flush=True)
-        if name == "proof":
-            draw_proof()
-            continue
         with mission():
             if name == "picture":
                 asyncio.run(draw())

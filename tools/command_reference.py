@@ -6,8 +6,8 @@ import argparse
 import os
 from collections.abc import Iterator
 
-from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import make_parser
+from bt_mission.cli.subparsers import load_commands
 
 WIDTH = 88
 """Columns of the help texts."""

@@ -38,6 +38,8 @@ from bt_mission.views.tui.keys import CHOOSING, LEAVING, LOOKING, PLAYING, REQUE
 from tools.draw_layers import draw  # noqa: E402
 
 DOCS = ROOT / "docs"
+SEARCH = DOCS / "reference" / "search.md"
+"""A page of a command, which goes with it."""
 
 
 # ---- tables within pages -------------------------------------------
@@ -408,7 +410,7 @@ def _always(text: str) -> Callable[[str], str]:
 
 GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_list(), page),
-    DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
+    **({SEARCH: lambda page: between("faults", fault_groups(), page)} if SEARCH.is_file() else {}),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
     DOCS / "reference" / "actions.md": actions_page,
     DOCS / "reference" / "nav2.md": lambda page: between("served actions", nav2_table(), page),
@@ -422,7 +424,9 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
 
 
 def main() -> None:
-    """Write the files."""
+    """Write the files; remove pages of errors that no command reports."""
+    for path in {*(DOCS / "reference" / "errors").iterdir()} - GENERATED.keys():
+        path.unlink()
     for path, text in GENERATED.items():
         before = path.read_text(encoding="utf-8") if path.is_file() else ""
         path.write_text(text(before), encoding="utf-8")

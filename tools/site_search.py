@@ -11,8 +11,8 @@ import re
 from collections.abc import Callable, Mapping
 from contextlib import closing
 
-from bt_mission.commands.docs.page_search import UNIMPORTANT, PageIndex
-from bt_mission.commands.docs.pages import Manual
+from bt_mission.views.manual import Manual
+from bt_mission.views.page_search import UNIMPORTANT, PageIndex
 
 
 def split(text: str) -> list[str]:

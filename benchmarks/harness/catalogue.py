@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 ROUNDS, FOLDER = "{rounds}", "{folder}"
-FILE = Path(__file__).with_name("catalogue.toml")
+_FOLDER = Path(__file__).parent
+FILES = (_FOLDER / "catalogue.toml", *sorted(_FOLDER.parent.glob("commands/*/catalogue.toml")))
+"""The shared one, and that of each command which has benchmarks or campaigns."""
 
 
 @dataclass(frozen=True)
@@ -77,5 +79,7 @@ def _benchmark(name: str, entry: dict[str, Any]) -> Benchmark:
 
 
 CATALOGUE: Sequence[Benchmark] = [
-    _benchmark(name, entry) for name, entry in tomllib.loads(FILE.read_text("utf-8")).items()
+    _benchmark(name, entry)
+    for file in FILES
+    for name, entry in tomllib.loads(file.read_text("utf-8")).items()
 ]

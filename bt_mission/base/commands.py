@@ -75,6 +75,7 @@ class CommandRow:
         kinds: The kinds of files that it brings, by name.
         missions: The kinds of files that hold missions where it is there.
         adds: What it adds to other commands, as ``module:name``, by extension point (`POINTS`).
+        hints: What texts elsewhere say about it, by subject; ``{}`` stands for a name.
         example: Its line in the examples of ``bt-mission --help``.
     """
 
@@ -88,6 +89,7 @@ class CommandRow:
     kinds: Mapping[str, FileFormat] = field(default_factory=dict)
     missions: tuple[str, ...] = ()
     adds: Mapping[str, str] = field(default_factory=dict)
+    hints: Mapping[str, str] = field(default_factory=dict)
     example: str = ""
 
     @property
@@ -129,10 +131,12 @@ class CommandRow:
         return file if file and file.is_file() else None
 
 
-def _graph(name: str, words: str, completed: tuple[str, ...], *pages: str) -> CommandRow:
+def _graph(
+    name: str, words: str, *pages: str, completed: tuple[str, ...] = (), **hints: str
+) -> CommandRow:
     query = f"{FOLDER}.graph.completion:complete_"
     adds = {f"completion.{kind}": f"{query}{kind}" for kind in completed}
-    return CommandRow(name, words, f"{FOLDER}.graph.{name}", pages, adds=adds)
+    return CommandRow(name, words, f"{FOLDER}.graph.{name}", pages, adds=adds, hints=hints)
 
 
 def _files(name: str, words: str) -> CommandRow:
@@ -222,7 +226,7 @@ ROWS = (
     CommandRow(
         "schema",
         "print the JSON Schema of a kind of file, for editors",
-        pages=("own-project", "files"),
+        pages=("own-project", "files", "ranges"),
     ),
     CommandRow(
         "serve",
@@ -239,6 +243,10 @@ ROWS = (
         ways={"site": "`bt-mission serve --site {}`"},
         kinds={"site": FileFormat("the file of a site", keys=frozenset(("site", "approvers")))},
         adds={"serve": f"{FOLDER}.agents.mcp_command:ADDITION"},
+        hints={
+            "serve": "  bt-mission serve --site site.yaml                   proposals of agents, "
+            "with a permit"
+        },
     ),
     CommandRow(
         "approve",
@@ -251,11 +259,25 @@ ROWS = (
     _graph(
         "actions",
         "list actions; send, cancel and watch goals",
-        _LIVE,
         *("command-line-tools", "actions"),
+        completed=_LIVE,
+        listing=", or of 'bt-mission actions list' and its like",
+        serve='  bt-mission actions send /execute_mission "{path: missions/patrol.yaml, seed: 3}"',
     ),
-    _graph("topics", "list topics; show their messages and rates", (), "command-line-tools"),
-    _graph("services", "list and call services", (), "command-line-tools"),
+    _graph(
+        "topics",
+        "list topics; show their messages and rates",
+        "command-line-tools",
+        topic_type="'bt-mission topics list' names the types of a running graph",
+    ),
+    _graph(
+        "services",
+        "list and call services",
+        "command-line-tools",
+        serve="""\
+  bt-mission services call /bt_mission/pause
+  bt-mission services call /bt_mission/resume""",
+    ),
     _node("sim", "run the simulated robot alone, as a ROS node", "simulator", "files"),
     _node(
         "servers",
@@ -331,11 +353,12 @@ ROWS = (
         "prove",
         "check a mission against every answer that its servers can give",
         f"{FOLDER}.prove.command",
-        ("prove-a-mission",),
+        ("prove-a-mission", "prove", "proofs"),
         adds={
             f"display.{FOLDER}.prove.proof.Proof": f"{FOLDER}.prove.page:page_alone",
             "pytest.prove": f"{FOLDER}.prove.testing:prove",
         },
+        hints={"checked": "'bt-mission prove {}' explores every answer of its servers"},
     ),
     CommandRow(
         "diff",
@@ -358,7 +381,8 @@ ROWS = (
         "docs",
         "show or search the documentation",
         f"{FOLDER}.docs.command",
-        adds={"completion.pages": f"{FOLDER}.docs.pages:page_names"},
+        adds={"completion.pages": "bt_mission.views.manual:page_names"},
+        hints={"page": "bt-mission docs {}"},
         example="  bt-mission docs two robots          search the documentation in the terminal",
     ),
     CommandRow(
@@ -372,6 +396,10 @@ ROWS = (
         pages=("foxglove",),
         extra="web",
         adds={"show": f"{FOLDER}.foxglove.command:ADDITION"},
+        hints={
+            "watch": "  bt-mission watch --foxglove                 all topics, for Foxglove and "
+            "Lichtblick"
+        },
     ),
     CommandRow(
         "video",
@@ -472,6 +500,16 @@ def loaded(target: str) -> Any:
 def ways(kind: str) -> str:
     """Return the commands that take a kind of file, as words; ``{}`` stands for its path."""
     return " or ".join(row.ways[kind] for row in all_rows().values() if kind in row.ways)
+
+
+def hints(subject: str) -> Sequence[str]:
+    """Return what our commands that are there say about a subject, in the order of the rows."""
+    return [row.hints[subject] for row in ROWS if subject in row.hints and row.is_there]
+
+
+def page(name: str, mark: str = "`") -> str:
+    """Return how to read a page of the documentation: a command between marks, or its name."""
+    return next((f"{mark}{line.format(name)}{mark}" for line in hints("page")), f"the page {name}")
 
 
 def brought_kinds(known: Mapping[str, CommandRow]) -> Mapping[str, FileFormat]:

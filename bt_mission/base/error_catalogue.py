@@ -1,8 +1,8 @@
 """The catalogue of errors and warnings: what each code means, with an example and a cure.
 
-The entries are in `error_catalogue.toml`, and in ``errors.toml`` of each command's folder. Errors
-carry their code as a text such as ``BT-203``, so the catalogue is read only where somebody asks for
-an explanation.
+The entries are in `error_catalogue.toml`, and in ``errors.toml`` of each command's folder, which
+also gives examples to these entries. Errors carry their code as a text such as ``BT-203``, so the
+catalogue is read only where somebody asks for an explanation.
 """
 
 from __future__ import annotations
@@ -100,7 +100,9 @@ def catalogue() -> Mapping[str, CatalogueEntry]:
     for text in _texts():
         written = tomllib.loads(text)
         named = {int(number): name for number, name in written.pop("groups", {}).items()}
-        groups, entries = named | groups, written | entries  # ours have precedence
+        groups = named | groups  # ours have precedence
+        for code, entry in written.items():
+            entries[code] = entry | entries.get(code, {})
     return MappingProxyType(
         {
             code: CatalogueEntry(code, **entries[code], group=groups[_number(code) // 100])

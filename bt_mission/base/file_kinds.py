@@ -12,6 +12,7 @@ from bt_mission.base.commands import (
     FileFormat,
     all_rows,
     brought_kinds,
+    page,
     rows,
     ways,
 )
@@ -25,8 +26,8 @@ from bt_mission.base.files import (
     top_keys,
 )
 
-_WORLD = "a world has walls and boxes: see `bt-mission docs files#worlds`"
-_MODEL = "see `bt-mission docs arms`"
+_WORLD = f"a world has walls and boxes: see {page('files#worlds')}"
+_MODEL = f"see {page('arms')}"
 _CHECKS = "bt_mission.sessions.file_checks"
 _RANGES = "bt_mission.scenarios.concrete.ranges"
 
@@ -49,7 +50,7 @@ FORMATS = {
     "parameters": FileFormat("a ROS parameter file"),
     "foreign parameters": FileFormat(
         "a ROS parameter file of other nodes",
-        "the limits of goals are in a robot file: see `bt-mission docs files#robots`",
+        f"the limits of goals are in a robot file: see {page('files#robots')}",
     ),
     "recording": FileFormat("a recording"),
     "foreign recording": FileFormat("a recording (MCAP) of another program"),
@@ -72,7 +73,7 @@ FORMATS = {
     "mjcf": FileFormat("a MuJoCo model (MJCF)", f"name it in a robot file: {_MODEL}"),
     "python": FileFormat(
         "a Python file",
-        "name its class in a mission, as {}:CLASS: see `bt-mission docs python`",
+        "name its class in a mission, as {}:CLASS: see " + page("python"),
     ),
     "interface": FileFormat("a ROS interface", "a mission names its type: PACKAGE/action/NAME"),
     "page": FileFormat("an HTML page", "open it in a browser"),

@@ -15,12 +15,12 @@ from typing import Any
 from bt_mission.base.commands import all_rows
 from bt_mission.base.errors import BtMissionError, NotThereError
 from bt_mission.base.interrupts import replaced_handlers
-from bt_mission.cli.commands import Commands, called, commands_of, lacks, passed_on
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.cli.inputs import settle_inputs
 from bt_mission.cli.outputs import refuse_outputs
 from bt_mission.cli.parser import Parser, refuse_contradictions
 from bt_mission.cli.ros_arguments import split
+from bt_mission.cli.subparsers import Commands, called, commands_of, lacks, passed_on
 from bt_mission.views.terminal.streams import STANDARD_OUTPUT, escaped_output, unescaped
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
@@ -28,7 +28,7 @@ TRACEBACK = "BT_MISSION_TRACEBACK"
 
 EXIT_CODES = """\
 exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot be written, 130
-interrupted; `actions` and `services` have more, listed in their help
+interrupted; some commands have more, listed in their help
 """
 
 

@@ -15,6 +15,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, NoReturn
 
+from bt_mission.base.commands import page
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import SUFFIXES
 from bt_mission.base.text import escape_control
@@ -49,7 +50,7 @@ class Option:
         needs: Other options, of which one has to be given with it, by their attributes.
         excludes: Other options that cannot be given with it.
         not_for: Kinds of file (``base.files.kind_of``) to which it does not apply.
-        page: The page of the documentation about it (``bt-mission docs``).
+        page: The page of the documentation about it.
         takes: Kinds of file that it names (``base.file_kinds.FORMATS``); none where any will do.
         check: Called where it is given, before the command starts; raises where the machine lacks
             what it needs.
@@ -140,7 +141,7 @@ class Option:
         excluded = ", ".join(others[name].name for name in self.excludes if name in others)
         before = f"with {needed}: " if needed else ""
         after = f" (not with {excluded})" if excluded else ""
-        read = f" (bt-mission docs {self.page})" if self.page else ""
+        read = f" ({page(self.page, '')})" if self.page else ""
         return f"{before}{self.help}{after}{read}"
 
     def refuse_contradictions(
@@ -220,7 +221,7 @@ class Command:
         """What its help ends with: its epilog, then how to open the pages."""
         if not pages:
             return self.epilog
-        read = "\n".join(["read more:", *(f"  bt-mission docs {page}" for page in pages)])
+        read = "\n".join(["read more:", *(f"  {page(name, '')}" for name in pages)])
         return f"{self.epilog.rstrip()}\n\n{read}" if self.epilog else read
 
 

@@ -1,1 +1,4 @@
-"""The commands of the command line: each has its folder or file."""
+"""The commands of the command line: each has its folder or file.
+
+The row of each, which registers it, is in :mod:`bt_mission.base.commands`.
+"""

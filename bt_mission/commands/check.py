@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.base.commands import loaded
+from bt_mission.base.commands import hints, loaded
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.file_kinds import (
     MISSIONS,
@@ -72,17 +72,18 @@ def _check_file(options: argparse.Namespace) -> int:
     code = _check_against(model, options) if options.against or options.graph else SUCCESS
     is_alone = kind == "mission" and len(options.files) == 1
     if code == SUCCESS and is_alone and sys.stdout.isatty():
-        _point_to_prove(model, options.file)
+        _print_hints(model, options.file)
     return code
 
 
-def _point_to_prove(mission: Mission, file: str) -> None:
-    """Print the command that explores the answers of servers, for a mission with goals."""
+def _print_hints(mission: Mission, file: str) -> None:
+    """Print which commands find more, for a mission with goals."""
     from bt_mission.language.nodes.action import GoalNode
     from bt_mission.language.trees import all_steps
 
     if any(isinstance(step, GoalNode) for step in all_steps(mission)):
-        print(f"  'bt-mission prove {file}' explores every answer of its servers")
+        for hint in hints("checked"):
+            print(f"  {hint.format(file)}")
 
 
 def kind_to_check(path: Path) -> str:
@@ -276,8 +277,7 @@ COMMANDS = {
             Option(
                 "--graph FILE",
                 "also check that a saved listing of a graph has them: lines of 'ros2 action list "
-                "-t', 'ros2 service list -t' and 'ros2 topic list -t', or of 'bt-mission actions "
-                "list' and its like",
+                "-t', 'ros2 service list -t' and 'ros2 topic list -t'" + "".join(hints("listing")),
                 type=Path,
                 not_for=each(
                     *PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"

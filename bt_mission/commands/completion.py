@@ -13,9 +13,9 @@ from bt_mission.base.commands import loaded, points
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import SUFFIXES, fleets, is_file, kind_of, look_for, names, scenarios
 from bt_mission.cli.argument_types import FileType
-from bt_mission.cli.commands import called, load_commands
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.parser import Command, Option
+from bt_mission.cli.subparsers import called, load_commands
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -124,7 +124,7 @@ def _how(option: Option) -> Any:
 
     if option.completes == "folders":
         return shtab.DIRECTORY
-    if option.completes:
+    if option.completes in KINDS:
         return _of_kind(option.completes)
     return shtab.FILE if option.type is Path or isinstance(option.type, FileType) else None
 

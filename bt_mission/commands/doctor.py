@@ -242,12 +242,12 @@ def loopback() -> CheckResult:
 
 
 def full_text_search() -> CheckResult:
-    """SQLite with FTS5, in which `bt-mission docs WORDS` searches."""
+    """SQLite with FTS5, in which the documentation is searched."""
     with closing(sqlite3.connect(":memory:")) as database:
         try:
             database.execute("CREATE VIRTUAL TABLE words USING fts5(text)")
         except sqlite3.DatabaseError as error:
-            remedy = "use a Python whose SQLite has FTS5; `bt-mission docs PAGE` works without it"
+            remedy = "use a Python whose SQLite has FTS5; pages are shown without it, not searched"
             return CheckResult("warning", f"SQLite {sqlite3.sqlite_version}: {error}", remedy)
     return CheckResult("ok", f"SQLite {sqlite3.sqlite_version} with FTS5")
 

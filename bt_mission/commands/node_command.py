@@ -172,8 +172,8 @@ COMMANDS = {
     "servers": _node(
         servers,
         "Serves the actions of a simulated or real robot: driving, turning, camera, colours, "
-        "distances, exploration, and the navigation and recoveries of Nav2 (`bt-mission actions "
-        "list` lists them). Also serves /stop and /release. Needs only the robot's topics.",
+        "distances, exploration, and the navigation and recoveries of Nav2. Also serves /stop "
+        "and /release. Needs only the robot's topics.",
         _ROBOT,
         NAMESPACE,
         NETWORK,

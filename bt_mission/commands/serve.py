@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.base.commands import added
+from bt_mission.base.commands import added, hints
 from bt_mission.cli.additions import show_options, shown_beside
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
@@ -32,18 +32,15 @@ if TYPE_CHECKING:
     from bt_mission.sessions.served_missions import ServedMissions
     from bt_mission.sessions.session import Onlooker, Session
 
-EPILOG = """\
+_MORE = "".join(f"{line}\n" for line in hints("serve"))
+EPILOG = f"""\
 examples:
   bt-mission serve
   bt-mission serve --missions ~/patrols --missions ~/tests --allow-python
   bt-mission serve --record runs
-  bt-mission serve --site site.yaml                   proposals of agents, with a permit
-  bt-mission actions send /execute_mission "{path: missions/patrol.yaml, seed: 3}"
-  bt-mission services call /bt_mission/pause
-  bt-mission services call /bt_mission/resume
-
+{_MORE}
 in a mission:
-  - execute_mission: {path: missions/patrol.yaml}
+  - execute_mission: {{path: missions/patrol.yaml}}
     timeout: 300
 
 ROS arguments can follow: --ros-args -r __ns:=/robot1 -r __node:=executive -p use_sim_time:=true

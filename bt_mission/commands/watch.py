@@ -7,6 +7,7 @@ import select
 import sys
 from typing import TYPE_CHECKING
 
+from bt_mission.base.commands import hints
 from bt_mission.cli.additions import show_options, shown_by
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.executives import WAIT_S, look_for
@@ -27,13 +28,14 @@ STATUSES_S = 2.0
 REQUIREMENTS_S = 0.3
 """Wall time to wait for requirements once all else is known: a mission may have none."""
 
-EPILOG = """\
+_MORE = "".join(f"{line}\n" for line in hints("watch"))
+EPILOG = f"""\
 examples:
   bt-mission run explore --visible --speed 1  in one terminal
   bt-mission watch                            in another terminal
   bt-mission watch robot1                     one of several executives, by its namespace
   bt-mission watch --web --open               in a browser
-  bt-mission watch --foxglove                 all topics, for Foxglove and Lichtblick
+{_MORE}\
   bt-mission watch --once                     the tree as it is now
   bt-mission watch --json | jq -c 'select(.event == "status")'
 

@@ -127,7 +127,7 @@ def find_missing_in(
     """Search for all names of a mission in a saved listing of a graph.
 
     Args:
-        listing: The output of `ros2 action list -t` and its like, or of `bt-mission actions list`.
+        listing: The output of `ros2 action list -t` and its like.
         namespace: As for `find_missing`.
 
     Raises:

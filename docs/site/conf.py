@@ -28,7 +28,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bt_mission.commands.docs.pages import INDEX, Manual, index_of  # noqa: E402 - of this checkout
+from bt_mission.views.manual import INDEX, Manual, index_of  # noqa: E402 - of this checkout
 from tools import site_search  # noqa: E402 - likewise
 
 project = "bt-mission"

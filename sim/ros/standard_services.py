@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from bt_mission.base.commands import page
 from bt_mission.base.stamps import set_ns
 from sim.entities import Entities
 from sim.ros.entity_services import EntityServices
@@ -12,7 +13,7 @@ from sim.ros.run_control import RunControl
 from sim.ros.run_services import RunServices
 from sim.ros.world_services import WorldServices
 
-ABOUT = "bt-mission sim; `bt-mission docs simulator` says what each service does"
+ABOUT = f"bt-mission sim; {page('simulator')} says what each service does"
 
 
 def offer_standard_services(node: SimNode, control: RunControl, source: str) -> None:

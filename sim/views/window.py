@@ -34,8 +34,8 @@ class NoDisplayError(BtMissionError):
 
     def __init__(self, why: str) -> None:
         super().__init__(
-            f"--view: {why}; use `bt-mission watch` in a terminal, or save a video with "
-            f"`bt-mission run MISSION --video FILE.mp4`"
+            f"--view: {why}; use `bt-mission watch` in a terminal, or generate a report with "
+            f"`bt-mission run MISSION --report FILE.html`"
         )
 
 

@@ -1,7 +1,6 @@
 """Exit codes of the commands, and what they print for programs; the words are in transcripts/."""
 
 import json
-import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -124,45 +123,6 @@ def test_check_constructs_python_leaves_that_it_imports(cli: CommandLine) -> Non
     cli("check m.yaml")
     raised = "Leaf('Leaf') raised OSError: no camera (leaf.py:5)"
     assert f"m.yaml:2:16: error: {raised}" in cli.refused("check --import-python m.yaml")
-
-
-@pytest.mark.parametrize(
-    ("files", "is_terminal", "is_shown"),
-    [
-        ("square", True, True),
-        ("square", False, False),
-        ("square patrol", True, False),
-        ("square --json", True, False),
-    ],
-)
-def test_check_names_prove_to_a_person_where_it_applies(
-    cli: CommandLine,
-    monkeypatch: pytest.MonkeyPatch,
-    files: str,
-    *,
-    is_terminal: bool,
-    is_shown: bool,
-) -> None:
-    """Once: pipes, several files and programs get what they had."""
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: is_terminal)
-    hint = "  'bt-mission prove square' explores every answer of its servers\n"
-    assert cli(f"check {files}").endswith(hint) is is_shown
-
-
-def test_a_shipped_mission_is_converted_by_its_name(cli: CommandLine) -> None:
-    """As `run` and `check` take it."""
-    assert '<BehaviorTree ID="square"' in cli("convert square")
-
-
-def test_the_palette_of_a_mission_has_the_ports_that_it_uses(cli: CommandLine) -> None:
-    """The palette alone does not know the fields of a service of any type."""
-    port = '<input_port name="request__enabled"/>'
-    service = "{name: /lamp, type: my_msgs/srv/Lamp, request: {enabled: true}}"
-    cli.write("m.yaml", f"mission: m\ntree: {{service: {service}}}\n")
-    palette = cli("convert --palette")
-    assert '<input_port name="request__data"' in palette
-    assert port not in palette
-    assert port in cli("convert --palette m.yaml")
 
 
 def test_without_a_display_no_simulation_begins(

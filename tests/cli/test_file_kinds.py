@@ -12,8 +12,9 @@ import pytest
 from bt_mission.base.commands import ROWS, brought_kinds, rows
 from bt_mission.base.file_kinds import FORMATS, format_named, format_of
 from bt_mission.cli.argument_types import FileType
-from bt_mission.cli.commands import declared
 from bt_mission.cli.parser import Command, Option
+from bt_mission.cli.subparsers import declared
+from tests.support.command_cases import cases, named_cases
 from tests.support.command_line import CommandLine
 from tests.support.recordings import recording
 from tests.support.thorough import sample
@@ -28,7 +29,6 @@ TEXTS = {
     "robot": ("trike.yaml", "drive: {kind: differential}\nlidar: {}\n"),
     "requirements": ("safe.yaml", "requirements:\n  slow: always speed < 9\n"),
     "ranges": ("ranges.yaml", "seeds: 3\nfaults: {most: 1}\n"),
-    "site": ("site.yaml", "site: lab\nrequirements:\n  slow: always speed < 9\nseeds: 5\n"),
     "parameters": ("p.yaml", "bt_mission_servers:\n  ros__parameters:\n    drive_timeout: 9\n"),
     "foreign parameters": ("nav2.yaml", "amcl:\n  ros__parameters:\n    alpha1: 0.2\n"),
     "bag metadata": ("metadata.yaml", "rosbag2_bagfile_information:\n  version: 9\n"),
@@ -42,6 +42,7 @@ TEXTS = {
     "interface": ("Drive.action", "float32 speed\n---\n---\n"),
     "page": ("run.html", "<!DOCTYPE html>\n<title>run</title>"),
     "launch file": ("robot.launch.xml", "<launch/>"),
+    **named_cases("KINDS"),
 }
 TABLES = {
     "sqlite bag": ("drive.db3", "topics"),
@@ -105,7 +106,7 @@ def commands() -> Iterator[tuple[str, Command]]:
 
 READ = [(words, command, option) for words, command in commands() for option in command.options]
 TAKERS = [row for row in READ if row[2].takes]
-UNATTENDED = [row for row in TAKERS if row[0] != "edit"]
+UNATTENDED = [row for row in TAKERS if row[0] not in cases("SERVED_UNTIL_CTRL_C")]
 
 
 def test_every_option_that_names_a_file_says_which_kinds_it_takes() -> None:
@@ -119,8 +120,11 @@ def test_every_option_that_names_a_file_says_which_kinds_it_takes() -> None:
             or option.completes in ("missions", "runs", "worlds", "robots", "parameters")
         )
     ]
-    of_recordings = [f"{name} --robot NAME" for name in ("fork", "replay", "report", "verify")]
-    assert sorted(set(lacking) - {*of_recordings, "check files file"}) == []
+    of_recordings = [f"{name} --robot NAME" for name in ("replay", "report", "verify")]
+    assert (
+        sorted(set(lacking) - {*of_recordings, *cases("NAMES_IN_RECORDINGS"), "check files file"})
+        == []
+    )
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_the_parsers_of_all_commands_load_neither_ros_nor_the_simulation(tmp_pat
     """Nor anything else that takes long. They are in the order in which they are listed."""
     program = (
         f"import json, sys; sys.path[:0] = {sys.path!r}\n"
-        "from bt_mission.cli.commands import load_commands\n"
+        "from bt_mission.cli.subparsers import load_commands\n"
         "from bt_mission.cli.main import make_parser\n"
         "commands = load_commands(make_parser()).choices\n"
         "helps = [command.format_help().split()[2] for command in commands.values()]\n"

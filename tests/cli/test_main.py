@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from bt_mission.base.dds.discovery import MACHINE, PROCESS, RANGE
+from tests.support.command_cases import cases
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S
 
@@ -146,13 +147,10 @@ def test_a_closed_pipe_is_an_interruption(
 @pytest.mark.parametrize(
     "line",
     [
-        *("check pipe.yaml", "run pipe.yaml", "tree pipe.yaml", "convert pipe.yaml"),
-        *("prove pipe.yaml", "sweep pipe.yaml", "run square --require pipe.yaml"),
+        *("check pipe.yaml", "run pipe.yaml", "tree pipe.yaml", "run square --require pipe.yaml"),
         *("verify pipe.mcap", "report pipe.mcap", "replay pipe.mcap --once", "replay pipe.jsonl"),
-        *("fork pipe.mcap --at 1", "diff pipe.jsonl pipe.mcap", "convert pipe.xml"),
-        *("reproduce pipe.mcap -o case", "falsify square --within pipe.yaml"),
-        *("sweep square --fault-plan pipe.yaml", "serve --site pipe.yaml"),
-        "servers --ros-args --params-file pipe.yaml",
+        *("diff pipe.jsonl pipe.mcap", "servers --ros-args --params-file pipe.yaml"),
+        *cases("PIPES"),
     ],
 )
 def test_a_pipe_in_place_of_a_file_is_refused_and_never_waited_for(

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli.argument_types import FileType
-from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import make_parser
+from bt_mission.cli.subparsers import load_commands
+from tests.support.command_cases import cases
 from tests.support.command_line import CommandLine
 
 OLD = "the only copy"
@@ -23,10 +24,9 @@ MISSION = "mission: m\nworld: empty_arena\ntree:\n  wait: 0.1\n"
         ("run m.yaml --json --report", "run.html"),
         ("run m.yaml --json --trace", "run.trace"),
         ("tree m.yaml -o", "tree.dot"),
-        ("convert m.yaml -o", "m.xml"),
-        ("convert --palette -o", "palette.xml"),
         ("report given.mcap -o", "page.html"),
         ("report given.mcap", "given.html"),
+        *cases("OUTPUTS"),
     ],
 )
 def test_a_file_that_exists_is_kept(cli: CommandLine, command: str, name: str) -> None:
@@ -42,14 +42,6 @@ def test_a_file_that_exists_is_kept(cli: CommandLine, command: str, name: str) -
     assert Path(name).read_text("utf-8") == OLD
     cli(f"{command} --force")
     assert Path(name).read_bytes() != OLD.encode()
-
-
-def test_a_video_is_refused_before_anything_moves(cli: CommandLine) -> None:
-    """The encoder has not opened the file."""
-    cli.write("m.yaml", MISSION)
-    cli.write("film.mp4", OLD)
-    assert "film.mp4 exists" in cli.refused("run m.yaml --video film.mp4")
-    assert Path("film.mp4").read_text("utf-8") == OLD
 
 
 @pytest.mark.parametrize("link", [os.symlink, os.link])
@@ -82,4 +74,4 @@ def test_options_with_files_declare_what_they_are() -> None:
         for option in parser.options
         if option.type is Path and option.metavar not in ("FOLDER", "DIR")
     ]
-    assert undeclared == ["run images", "sweep-report folder"]
+    assert undeclared == ["run images", *cases("FOLDERS_OF_OPTIONS")]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import shlex
 import signal
 import subprocess
@@ -21,9 +20,9 @@ from rclpy.executors import SingleThreadedExecutor
 
 from bt_mission.base.interrupts import SAME_WISH_S
 from bt_mission.recording.reader import read_run
-from bt_mission.testing.live_graph import LOCAL, command
+from bt_mission.testing.live_graph import LOCAL
 from bt_mission.views.web.report.page import write_report
-from tests.support.processes import PATIENCE_S, read_until, started
+from tests.support.processes import PATIENCE_S, ended, read_until, started
 from tests.support.report_pages import data_of
 from tests.support.thorough import sample
 
@@ -69,16 +68,6 @@ def start() -> Iterator[Start]:
     """Start a process that finds others of this machine; it is killed at the end."""
     with ExitStack() as stack:
         yield lambda *words: stack.enter_context(started(*words, **LOCAL))
-
-
-def ended(process: Process, code: int, number: signal.Signals | None = None) -> str:
-    """Wait for the end of a process with this exit code, after a signal; gives what it said."""
-    if number is not None:
-        process.send_signal(number)
-    out, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == code, out
-    assert "Traceback" not in out
-    return out
 
 
 @pytest.mark.parametrize(
@@ -351,28 +340,6 @@ tree:
 
 
 @pytest.mark.thorough
-def test_an_executive_that_serves_goes_by_other_names(
-    start: Start, write: Write, tmp_path: Path
-) -> None:
-    """As launch files give them: its namespace and its node, and actions offered and asked for."""
-    write("turns.yaml", TURNS)
-    there = ("--ros-args", "-r", "__ns:=/robot1", "-r", "turn:=rotate")
-    mine = (*there, "-r", "__node:=executive", "-r", "execute_mission:=patrol")
-    sim, servers = start("sim", "--no-camera", *there), start("servers", *there)
-    read_until(sim, "empty_arena")
-    read_until(servers, "ready: scan and odometry have come")
-    serve = start("serve", "--missions", str(tmp_path), *mine)
-    read_until(serve, "/robot1/patrol waits for missions (/clock)")
-    ended(start("actions", "send", "/robot1/patrol", "{path: turns.yaml}"), 0)
-    offered = ended(start("actions", "list"), 0)
-    assert "turns: success" in ended(serve, 0, signal.SIGINT)
-    who = {line.split()[0]: line.split()[-1] for line in offered.splitlines() if "/" in line}
-    assert who["/robot1/patrol"] == "/robot1/executive"
-    assert who["/robot1/rotate"] == "/robot1/bt_mission_servers"
-    assert not {"/robot1/execute_mission", "/robot1/turn"} & set(who)
-
-
-@pytest.mark.thorough
 def test_second_servers_are_refused_unless_the_first_were_killed(start: Start, drive: str) -> None:
     """A mission is refused, too, as long as both are in the graph."""
     servers = ("servers", "--robot", "burger", "--wall-clock")
@@ -475,87 +442,3 @@ def test_a_mission_for_one_robot_of_two(start: Start, write: Write, tmp_path: Pa
     assert (report["status"], report["goals_left_behind"]) == ("success", 0)
     ended(servers, 0, signal.SIGINT)
     ended(sim, 0, signal.SIGINT)
-
-
-@pytest.mark.thorough
-def test_a_mission_is_served_when_the_reader_of_the_output_has_left(
-    start: Start, write: Write, tmp_path: Path
-) -> None:
-    """It is the client's: what reads the lines, or the disk that takes them, is no part of it."""
-    write("talks.yaml", "mission: talks\ntree: {sequence: [{log: one}, {wait: 0.2}, {log: two}]}\n")
-    serve = start("serve", "--missions", str(tmp_path), "--wall-clock")
-    read_until(serve, "missions of")
-    assert serve.stdout is not None
-    serve.stdout.close()
-    for _ in range(2):
-        ended(start("actions", "send", "/execute_mission", "{path: talks.yaml}"), 0)
-    assert serve.poll() is None
-    serve.send_signal(signal.SIGINT)
-    serve.wait(timeout=PATIENCE_S)
-
-
-SITE = """\
-site: lab
-robot: burger
-world: empty_arena
-requirements: {is slow: always speed < 0.3}
-approvers: ["AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA="]
-"""
-
-
-@pytest.mark.parametrize(
-    ("words", "output"), sample([("actions list --json", "[]\n"), ("mcp --site {site}", "")], 2)
-)
-def test_what_libraries_print_is_not_in_the_output(write: Write, words: str, output: str) -> None:
-    """Fast DDS prints errors to standard output, here for want of room in shared memory."""
-    ended = subprocess.run(
-        command(*words.format(site=write("site.yaml", SITE)).split()),
-        env=os.environ | LOCAL,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)),
-    )
-    assert (ended.returncode, ended.stdout) == (0, output)
-    assert "RTPS" in ended.stderr
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], 2))
-def test_a_signal_during_the_job_of_an_agent_leaves_no_files(
-    write: Write, tmp_path: Path, number: signal.Signals
-) -> None:
-    """The job ends first, with its folder."""
-    with subprocess.Popen(
-        command("mcp", "--site", write("site.yaml", SITE)),
-        env=os.environ | LOCAL,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    ) as process:
-        written, read = process.stdin, process.stdout
-        assert written is not None
-        assert read is not None
-
-        def send(call: int | None, method: str, **params: Any) -> None:
-            message = {"jsonrpc": "2.0", "method": method, "params": params}
-            print(json.dumps(message | ({"id": call} if call else {})), file=written, flush=True)
-
-        def ask(call: int, tool: str, **arguments: Any) -> Any:
-            send(call, "tools/call", name=tool, arguments=arguments)
-            answers = (json.loads(line) for line in read)
-            return next(each for each in answers if each.get("id") == call)["result"]
-
-        client = {"name": "test", "version": "1"}
-        send(1, "initialize", protocolVersion="2025-03-26", capabilities={}, clientInfo=client)
-        send(None, "notifications/initialized")
-        ask(2, "propose", name="m", text="mission: m\ntree: {wait: 1}\n")
-        send(3, "tools/call", name="prove", arguments={"name": "m"})
-        assert ask(4, "status")["structuredContent"]["job"] == "prove m"
-        work = tmp_path / "agents/proposals"
-        assert len(list(work.glob(".work-*"))) == 1
-        process.send_signal(number)
-        assert process.wait(PATIENCE_S) == 130
-        assert not list(work.glob(".work-*"))

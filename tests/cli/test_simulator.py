@@ -92,19 +92,10 @@ def test_scenarios_and_their_workers_name_it(cli: CommandLine) -> None:
 
 
 def test_an_option_names_it_too_and_python_can_be_refused(cli: CommandLine) -> None:
-    """For a run and for a sweep, whose scenarios then have it."""
+    """Without the code of others."""
     (cli.folder / "nap.yaml").write_text("mission: nap\ntree: {wait: 1}\n", encoding="utf-8")
-    for command in ("run", "sweep"):
-        assert cli.call(f"{command} nap.yaml --simulator {NAME} --no-python") == 2
-        assert "the Python node 'sim.ir_sim:IrSim' is refused [BT-216]" in cli.err
-
-
-def test_a_recording_names_it_and_is_not_forked(cli: CommandLine) -> None:
-    """A fork runs in MuJoCo."""
-    (cli.folder / "nap.yaml").write_text("mission: nap\ntree: {wait: 1}\n", encoding="utf-8")
-    assert cli.call(f"run nap.yaml --simulator {NAME} --record nap.mcap") == 0, cli.err
-    assert cli.call("fork nap.mcap --at 0.5 --set a=1") != 0
-    assert f"another simulator moved the robot, {NAME}" in cli.err
+    assert cli.call(f"run nap.yaml --simulator {NAME} --no-python") == 2
+    assert "the Python node 'sim.ir_sim:IrSim' is refused [BT-216]" in cli.err
 
 
 @pytest.mark.thorough

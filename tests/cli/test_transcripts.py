@@ -1,4 +1,4 @@
-"""Commands with all that they print: `transcripts/*.txt`.
+"""Commands with all that they print: `transcripts/*.txt`, ``tests/commands/NAME/cli/*.txt``.
 
 A transcript begins with the files of the folder. The output of a command is its standard output,
 then its standard error, then its exit code if that is not 0.
@@ -21,7 +21,17 @@ NO_ANSWER = re.compile(r"\((Timed out trying [^)]*|TimeoutError)\)")
 WALL_TIME = re.compile(r"in [\d.]+ s of wall time \([\d.]+ x real time\)")
 
 
-@pytest.mark.parametrize("path", transcripts_of(__file__), ids=lambda path: path.stem)
+CHOICES = re.compile(r"(argument command: [^(]*)\(choose from [^)]*\)")
+"""Commands that are there are listed."""
+
+OF_COMMANDS = sorted((ROOT / "tests/commands").glob("*/cli/*.txt"))
+
+
+@pytest.mark.parametrize(
+    "path",
+    [*transcripts_of(__file__), *OF_COMMANDS],
+    ids=lambda path: f"{path.parts[-3]}-{path.stem}",
+)
 def test_every_command_prints_what_its_transcript_says(
     path: Path, cli: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -35,6 +45,7 @@ def test_every_command_prints_what_its_transcript_says(
         before = cli.files()
         code = cli.call(line)
         output = WALL_TIME.sub("in W s of wall time (R x real time)", cli.out + cli.err)
+        output = CHOICES.sub(r"\1(choose from COMMANDS)", output)
         output = NO_ANSWER.sub("(no answer within a second)", output)
         assert code != 2 or cli.files() == before, line
         return output.replace(str(ROOT), "SHIPPED") + (f"[{code}]\n" if code else "")

@@ -1,14 +1,13 @@
-"""The options of ``--web`` and ``--foxglove``, and their commands, as processes of their own."""
+"""The options of ``--web``, and their commands, as processes of their own."""
 
 from __future__ import annotations
 
 import argparse
 import re
 import signal
-import socket
 import subprocess
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,16 +18,12 @@ import pytest
 from bt_mission import read_recording
 from bt_mission.cli import run_shown, web
 from bt_mission.cli.main import make_parser
-from bt_mission.commands import replay
-from bt_mission.commands.foxglove import LAYOUT
-from bt_mission.testing.live_graph import LOCAL, command
+from bt_mission.testing.live_graph import command
 from bt_mission.views.web.live import LiveMission
 from tests.support.command_line import CommandLine
-from tests.support.processes import PATIENCE_S, read_until, started
+from tests.support.processes import PATIENCE_S, ended, read_until, started
 from tests.support.project import ROOT
-from tests.support.recordings import recording, with_facts
-from tests.support.report_pages import data_of
-from tests.support.thorough import sample
+from tests.support.recordings import recording
 
 if TYPE_CHECKING:
     from bt_mission.views.web.server import WebServer
@@ -45,7 +40,6 @@ TWO_ROBOTS = str(ROOT / "missions" / "fleets" / "two_wanderers.fleet.yaml")
 SINCE_1970_NS = 10**18
 """The clock of this machine is beyond, that of a simulation is not."""
 WEB = ("--web", "--port", "0")
-FOXGLOVE = ("--foxglove", "--foxglove-port=0")
 
 
 def options(*words: str) -> argparse.Namespace:
@@ -54,12 +48,9 @@ def options(*words: str) -> argparse.Namespace:
 
 
 def link_in(text: str) -> str:
-    """The link to a page, or the address for Foxglove, that a command has printed."""
-    match = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text) or re.search(
-        r"in Foxglove: (ws://127\.0\.0\.1:\d+), layout (\S+)", text
-    )
+    """The link to a page that a command has printed."""
+    match = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text)
     assert match, text
-    assert match.re.groups == 1 or Path(match[2]) == LAYOUT
     return match[1]
 
 
@@ -69,16 +60,7 @@ def page_of(link: str) -> str:
         return str(page.read(), "utf-8")
 
 
-def ended(process: subprocess.Popen[str], code: int) -> str:
-    """What a process says after Ctrl-C, when it ends with this code."""
-    process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == code, out
-    assert "Traceback" not in out
-    return out
-
-
-@pytest.mark.parametrize("line", ["replay x.mcap --web", "run m.yaml --foxglove"])
+@pytest.mark.parametrize("line", ["replay x.mcap --web", "run m.yaml --web"])
 def test_without_the_extra_it_says_what_to_install(
     cli: CommandLine, monkeypatch: pytest.MonkeyPatch, line: str
 ) -> None:
@@ -87,16 +69,6 @@ def test_without_the_extra_it_says_what_to_install(
     cli.write("m.yaml", FOREVER)
     needs = "needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
     assert f"{line.rsplit(maxsplit=1)[-1]} {needs}" in cli.refused(line)
-
-
-@pytest.mark.parametrize("line", ["run m.yaml", "serve", "watch"])
-def test_a_port_that_is_taken_ends_it_before_anything_moves(cli: CommandLine, line: str) -> None:
-    """With what to do."""
-    cli.write("m.yaml", FOREVER)
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        cli(f"{line} --foxglove --foxglove-port={port}", 2)
-    assert f"--foxglove-port {port}: the port is in use; --foxglove-port " in cli.err
 
 
 def test_another_process_gets_the_same_options() -> None:
@@ -118,32 +90,6 @@ def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[st
         assert f"ssh -L {server.port}:127.0.0.1:{server.port}" in reported
     with web.web_server(options(*WEB), shown):
         assert "other machines" not in capsys.readouterr().err
-
-
-def test_forks_are_offered_with_the_file_as_it_was_named(
-    cli: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A run on a graph, which cannot run again, says so; who may only look is offered none."""
-    pages: list[str] = []
-
-    class Server:
-        async def serve(self, until: Callable[[], bool]) -> None:
-            """There are no viewers."""
-
-    @contextmanager
-    def server(_: argparse.Namespace, page: str) -> Iterator[Server]:
-        pages.append(page)
-        yield Server()
-
-    monkeypatch.setattr(replay, "page_server", server)
-    Path("my run.mcap").write_bytes(recording().read_bytes())
-    with_facts(Path("live.mcap"), {"world": None})
-    for words in ("'my run.mcap'", "live.mcap", "'my run.mcap' --read-only"):
-        cli(f"replay {words} --web", 130)
-    offered, refused, none = (next(iter(data_of(page).values())).get("fork", {}) for page in pages)
-    assert offered == {"command": "bt-mission fork 'my run.mcap' --at", "refusal": ""}
-    assert "on a running graph" in refused["refusal"]
-    assert none == {}
 
 
 @pytest.mark.parametrize("name", ["wait.yaml", "wait.fleet.yaml"])
@@ -176,7 +122,7 @@ def test_a_run_is_shown_until_ctrl_c_and_then_told(cli: CommandLine) -> None:
         assert read_recording("wait.mcap").why_cut == ""
         assert Path("wait.html").exists()
         assert '<script type="module" src="app.js">' in page_of(link_in(seen))
-        assert "success" in ended(process, 0)
+        assert "success" in ended(process, 0, signal.SIGINT)
     assert "Traceback" not in seen
 
 
@@ -187,7 +133,7 @@ def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(cli: CommandLine) -
     with started("run", cli.write("wait.yaml", FOREVER), *WEB, "--plain") as process:
         link_in(read_until(process, "in a browser"))
         read_until(process, "wait")
-        assert "interrupted by Ctrl-C" in ended(process, 130)
+        assert "interrupted by Ctrl-C" in ended(process, 130, signal.SIGINT)
 
 
 @pytest.mark.thorough
@@ -197,7 +143,7 @@ def test_a_recording_is_shown_until_ctrl_c() -> None:
     with started("replay", str(recording()), *WEB) as process:
         link = link_in(read_until(process, "in a browser"))
         assert "requestAnimationFrame" in page_of(f"{link}app.js")
-        ended(process, 130)
+        ended(process, 130, signal.SIGINT)
 
 
 @pytest.mark.process
@@ -210,53 +156,15 @@ def test_nobody_to_watch_ends_with_a_word_in_time() -> None:
 
 
 @pytest.mark.process
-@pytest.mark.parametrize(
-    ("words", "line"), sample([(("robot", *WEB), "in a browser"), (FOXGLOVE, "in Foxglove")], 2)
-)
-def test_it_ends_with_the_process_that_has_started_it(words: tuple[str, ...], line: str) -> None:
+def test_it_ends_with_the_process_that_has_started_it() -> None:
     """Even where that was killed: its standard input ends."""
-    arguments = [*command("watch", *words), "--until-input-ends"]
+    arguments = [*command("watch", "robot", *WEB), "--until-input-ends"]
     with subprocess.Popen(
         arguments, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stdin is not None
         assert process.stderr is not None
-        while line not in process.stderr.readline():
+        while "in a browser" not in process.stderr.readline():
             pass
         process.stdin.close()
         assert process.wait(timeout=PATIENCE_S) == 0
-
-
-@pytest.mark.thorough
-@pytest.mark.process
-@pytest.mark.parametrize(
-    ("file", "topic"), sample([(TWO_ROBOTS, "/waffle1/odom"), ("m.yaml", "/odom")], every=2)
-)
-def test_foxglove_sees_a_run_until_it_ends(cli: CommandLine, file: str, topic: str) -> None:
-    """On the stage, also a fleet, in real time; Ctrl-C ends the mission in good order."""
-    from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
-
-    cli.write("m.yaml", FOREVER)
-    with started("run", file, *FOXGLOVE, "--plain") as process:
-        with FoxgloveClient(link_in(read_until(process, "in Foxglove"))) as client:
-            client.wait_for(lambda: topic in client.channels)
-            client.subscribe(topic)
-            client.wait_for(lambda: client.received[topic])
-        assert "interrupted by Ctrl-C" in ended(process, 130)
-
-
-@pytest.mark.thorough
-@pytest.mark.process
-def test_foxglove_sees_a_graph_with_its_own_time(cli: CommandLine) -> None:
-    """Topics of other processes: here those of a simulation, with the time of its clock."""
-    from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
-
-    run = ("run", cli.write("m.yaml", FOREVER), "--visible", "--speed=1", "--plain")
-    with started(*run, **LOCAL), started("watch", *FOXGLOVE, **LOCAL) as process:
-        with FoxgloveClient(link_in(read_until(process, "in Foxglove"))) as client:
-            client.wait_for(lambda: client.channels.keys() >= {"/odom", "/bt_mission/tree"})
-            client.subscribe("/odom", "/bt_mission/tree")
-            client.wait_for(lambda: client.received["/bt_mission/tree"])
-            client.wait_for(lambda: any(t < SINCE_1970_NS for t, _ in client.received["/odom"]))
-            client.wait_for(lambda: any(t < SINCE_1970_NS for t in client.times))
-        ended(process, 130)

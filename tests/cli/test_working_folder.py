@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
-from http.client import HTTPConnection
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-from urllib.parse import urlsplit
 
 import pytest
 
 from bt_mission.base.commands import ROWS
 from bt_mission.base.python_process import python_environment, safe_processes
-from bt_mission.commands.agents.permits import new_key
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.agents import SITE
+from tests.support.command_cases import InFolder, named_cases
 from tests.support.processes import PATIENCE_S, read_until
 from tests.support.thorough import sample
 
@@ -35,55 +30,31 @@ with open({marks!r}, "a") as marks:
 raise ImportError("planted")
 """
 MISSION = "mission: m\nworld: empty_arena\ntree: {turn: {angle: 5}, timeout: 20}\n"
-LINES: Mapping[str, str] = {
-    "run": "run m.yaml --json",
-    "watch": "watch --wait 0",
-    "revise": "revise nobody m.yaml",
-    "edit": "edit . --port 0",
-    "check": "check m.yaml",
-    "convert": "convert m.yaml",
-    "new": "new project",
-    "missions": "missions",
-    "worlds": "worlds",
-    "robots": "robots",
-    "tree": "tree m.yaml",
-    "schema": "schema",
-    "serve": "serve --web --port 0",
-    "mcp": "mcp --site site.yaml",
-    "approve": "approve --site site.yaml",
-    "actions": "actions list",
-    "topics": "topics list",
-    "services": "services list",
-    "sim": "sim --world empty_arena --no-camera",
-    "servers": "servers",
-    "mapper": "mapper --ros-args --log-level debug",
-    "arbiter": "arbiter",
-    "replay": "replay run.mcap --once",
-    "fork": "fork run.mcap --at 0.2",
-    "report": "report run.mcap",
-    "verify": "verify run.mcap --require safe.yaml",
-    "sweep": "sweep m.yaml --seeds 2 --workers 2",
-    "sweep-report": "sweep-report nothing",
-    "falsify": "falsify m.yaml --budget 2 --workers 2",
-    "reproduce": "reproduce run.mcap -o case",
-    "prove": "prove m.yaml",
-    "diff": "diff run.mcap run.mcap",
-    "explain": "explain BT-203",
-    "doctor": "doctor",
-    "docs": "docs seeds",
-    "completion": "completion bash",
+OURS = {
+    "run": InFolder("run m.yaml --json"),
+    "watch": InFolder("watch --wait 0"),
+    "revise": InFolder("revise nobody m.yaml"),
+    "check": InFolder("check m.yaml"),
+    "missions": InFolder("missions"),
+    "worlds": InFolder("worlds"),
+    "robots": InFolder("robots"),
+    "tree": InFolder("tree m.yaml"),
+    "schema": InFolder("schema"),
+    "serve": InFolder("serve --web --port 0", "in a browser: "),
+    "sim": InFolder("sim --world empty_arena --no-camera", "empty_arena"),
+    "servers": InFolder("servers", "servers"),
+    "mapper": InFolder("mapper --ros-args --log-level debug", "DEBUG"),
+    "arbiter": InFolder("arbiter", "arbiter"),
+    "replay": InFolder("replay run.mcap --once"),
+    "report": InFolder("report run.mcap"),
+    "verify": InFolder("verify run.mcap --require safe.yaml"),
+    "diff": InFolder("diff run.mcap run.mcap"),
+    "explain": InFolder("explain BT-203"),
+    "doctor": InFolder("doctor"),
+    "completion": InFolder("completion bash"),
 }
-"""Each command as it gets far in the folder. Nodes serve until they are interrupted."""
-
-SERVES = {
-    "edit": "in a browser: ",
-    "serve": "in a browser: ",
-    "sim": "empty_arena",
-    "servers": "servers",
-    "mapper": "DEBUG",
-    "arbiter": "arbiter",
-}
-"""What commands say that end by Ctrl-C only."""
+LINES: Mapping[str, InFolder] = {**OURS, **named_cases("IN_FOLDER")}
+"""Each command as it gets far in the folder."""
 
 
 @pytest.fixture(scope="module")
@@ -105,61 +76,9 @@ def marks(tmp_path: Path, recording: bytes) -> Path:
     (tmp_path / "m.yaml").write_text(MISSION)
     (tmp_path / "safe.yaml").write_text("requirements: {slow: always speed < 1}\n")
     (tmp_path / "run.mcap").write_bytes(recording)
-    line = new_key(tmp_path / "key.pem", "")
-    site = SITE.replace("arena.yaml", "empty_arena")
-    (tmp_path / "site.yaml").write_text(f'{site}approvers: ["{line}"]\n')
+    for each in LINES.values():
+        each.prepare(tmp_path)
     return marks
-
-
-def asks_of_the_page(line: str) -> None:
-    """Check, run and prove a mission as the page of the editor does."""
-    address = urlsplit(line.rsplit(maxsplit=1)[-1])
-
-    def ask(request: str, **facts: Any) -> Any:
-        connection = HTTPConnection(address.netloc)
-        connection.request("POST", f"{address.path}api/{request}", json.dumps(facts))
-        answer = json.loads(connection.getresponse().read())
-        connection.close()
-        return answer
-
-    assert "error" not in ask("check", name="m.yaml", page="a", text=MISSION)
-    ask("prove", name="m.yaml", text=MISSION)
-    ask("run", name="m.yaml", text=MISSION, speed="16")
-    while not (proved := ask("proved"))["is_over"]:
-        continue
-    assert proved["result"]["findings"] is not None, proved
-    while (ran := ask("ran"))["state"] == "starting":
-        continue
-    assert ran["state"] == "served", ran
-
-
-def calls_of_an_agent(process: subprocess.Popen[str]) -> None:
-    """Propose a mission and have it proved, as a client of the protocol does."""
-    written, read = process.stdin, process.stdout
-    assert written is not None
-    assert read is not None
-
-    def send(number: int | None, method: str, **parameters: Any) -> Any:
-        message = {"jsonrpc": "2.0", "method": method, "params": parameters}
-        written.write(json.dumps(message | ({"id": number} if number else {})) + "\n")
-        written.flush()
-        while number is not None:
-            answer = json.loads(read.readline())
-            if answer.get("id") == number:
-                return answer["result"]
-        return None
-
-    client = {"name": "test", "version": "1"}
-    send(1, "initialize", protocolVersion="2025-03-26", capabilities={}, clientInfo=client)
-    send(None, "notifications/initialized")
-    text = MISSION.replace("world: empty_arena\n", "")
-    send(2, "tools/call", name="propose", arguments={"name": "m", "text": text})
-    proved = send(3, "tools/call", name="prove", arguments={"name": "m"})
-    assert not proved.get("isError"), proved
-    written.close()
-
-
-ACTS: Mapping[str, Callable[[str], None]] = {"edit": asks_of_the_page}
 
 
 @pytest.mark.parametrize("name", sample([row.name for row in ROWS if row.help], 9, first=5))
@@ -168,22 +87,23 @@ def test_no_command_executes_a_module_beside_its_files(
 ) -> None:
     """Not even where an empty entry of `PYTHONPATH` stands for the folder."""
     path = os.pathsep + os.environ.get("PYTHONPATH", "")
+    case = LINES[name]
     with subprocess.Popen(
-        [PROGRAM, *shlex.split(LINES[name])],
+        [PROGRAM, *shlex.split(case.line)],
         cwd=tmp_path,
         env=os.environ | LOCAL | {"PYTHONPATH": path},
-        stdin=subprocess.PIPE if name == "mcp" else subprocess.DEVNULL,
+        stdin=subprocess.PIPE if case.speak else subprocess.DEVNULL,
         stdout=subprocess.PIPE,
-        stderr=None if name == "mcp" else subprocess.STDOUT,
+        stderr=None if case.speak else subprocess.STDOUT,
         text=True,
     ) as process:
         output = ""
         try:
-            if name == "mcp":
-                calls_of_an_agent(process)
-            if name in SERVES:
-                output = read_until(process, SERVES[name])
-                ACTS.get(name, lambda _: None)(output.splitlines()[-1])
+            if case.speak:
+                case.speak(process)
+            if case.serves:
+                output = read_until(process, case.serves)
+                case.act(output.splitlines()[-1])
                 process.send_signal(signal.SIGINT)
             assert process.stdout is not None
             output += process.stdout.read()

@@ -14,6 +14,7 @@ import pytest
 from bt_mission.base.files import names
 from bt_mission.cli.main import make_parser
 from bt_mission.commands.completion import FILES, KINDS, SHELLS, known, script
+from tests.support.command_cases import cases
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S
 
@@ -64,18 +65,14 @@ def bash(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., list[str]]:
         (["run", "scen"], sorted(name for name in known("runs") if name.startswith("scen"))),
         (["run", "patrol", "--world", "nav"], ["nav_arena"]),
         (["sim", "--robot", "b"], ["burger"]),
-        (["actions", "se"], ["send"]),
-        (["actions", "send", "/turn", "--f"], ["--form"]),
         (["tree", "patrol", "--format", "s"], ["svg"]),
         (["completion", "z"], ["zsh"]),
-        (["docs", "real"], ["real-robot"]),
-        (["docs", "fleet", "how-to/"], ["how-to/requirements"]),
         (["run", "scenarios/ba"], ["scenarios/back_up.scenario.yaml"]),
         (["run", "square", "--set", "s"], ["side=", "speed="]),
         (["run", "--seed", "3", "sweep", "--set", "a"], ["angle="]),
-        (["sweep", "explore", "--vary", "sto"], ["stopping_distance="]),
         (["missions", "copy", "sources/wa"], ["sources/waypoint_tour.yaml"]),
         (["worlds", "copy", "nav"], ["nav_arena"]),
+        *cases("COMPLETED"),
     ],
 )
 def test_bash_completes(
@@ -95,11 +92,11 @@ def test_bash_leaves_room_for_a_value(bash: Callable[..., list[str]]) -> None:
 
 @pytest.mark.process
 def test_bash_completes_files_of_ones_own(bash: Callable[..., list[str]], tmp_path: Path) -> None:
-    """Missions are YAML or XML; folders lead to more."""
+    """Missions have the suffixes of their formats; folders lead to more."""
     (tmp_path / "own").mkdir()
     for name in ("own/mine.yaml", "own/mine.xml", "own/mine.txt", "one.yml"):
         (tmp_path / name).touch()
-    assert bash("check", "own/m", folder=tmp_path) == ["own/mine.yaml", "own/mine.xml"]
+    assert bash("check", "own/m", folder=tmp_path) == ["own/mine.yaml", *cases("COMPLETED_FILES")]
     assert sorted(bash("check", "o", folder=tmp_path)) == ["one.yml", "own"]
 
 
@@ -128,9 +125,9 @@ def test_fish_completes(tmp_path: Path) -> None:
     path = tmp_path / "script.fish"
     path.write_text(script(make_parser(), "fish"), encoding="utf-8")
     lines = {
-        "bt-mission actions se": "send",
         "bt-mission run expl": "explore",
         "bt-mission run square --set s": "side=",
+        **dict(cases("COMPLETED_BY_FISH")),
     }
     for line, expected in lines.items():
         results = asked(["fish", "--no-config", "-c", f"source {path}; complete -C '{line}'"])
@@ -153,7 +150,7 @@ def test_every_command_is_in_every_script(shell: str) -> None:
     (commands,) = (
         action.choices for action in make_parser()._actions if isinstance(action.choices, dict)
     )
-    for command in (*commands, "send", "echo", "call"):
+    for command in (*commands, *cases("WORDS_BELOW")):
         assert command in text
     for kind in KINDS:
         assert f"--names {kind}" in text

@@ -12,8 +12,8 @@ from rich.console import Console
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands import doctor
-from bt_mission.commands.docs.page_search import PageIndex
 from bt_mission.commands.doctor import CheckResult, DoctorCheck
+from bt_mission.views.page_search import PageIndex
 
 
 def _report(*checks):
@@ -111,8 +111,8 @@ def test_sqlite_without_full_text_search_is_a_warning(monkeypatch):
     monkeypatch.setattr("sqlite3.connect", without_fts5)
     finding = doctor.full_text_search()
     assert finding.state == "warning"
-    assert "`bt-mission docs PAGE` works without it" in finding.remedy
-    with pytest.raises(BtMissionError, match="`bt-mission docs PAGE` shows one"):
+    assert "pages are shown without it" in finding.remedy
+    with pytest.raises(BtMissionError, match="pages are shown without it"):
         PageIndex([])
 
 

@@ -9,9 +9,13 @@ import pytest
 
 from tests.support.project import ROOT
 
-PAGE = ROOT / "docs" / "reference" / "api.md"
-MODULES = re.findall(r"^\.\. automodule:: (\S+)$", PAGE.read_text("utf-8"), re.MULTILINE)
 PAGES = sorted({ROOT / "README.md", *(ROOT / "docs").rglob("*.md")})
+MODULES = [
+    module
+    for page in PAGES
+    for module in re.findall(r"^\.\. automodule:: (\S+)$", page.read_text("utf-8"), re.MULTILINE)
+]
+"""Those of a command are on a page of it, the others on that of the API."""
 SITE = ROOT / "docs" / "site"
 CODE = sorted(path for path in (ROOT / "docs").rglob("*.py") if not path.is_relative_to(SITE))
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)

@@ -7,13 +7,16 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from bt_mission.base.commands import rows
 from bt_mission.testing.live_graph import own_domain
+from tests.support.command_cases import named_cases
 from tests.support.page_commands import Saved, Typed, steps_of, unmarked
 from tests.support.processes import PATIENCE_S
 from tests.support.project import ROOT
@@ -35,16 +38,14 @@ NOT_RUN = {
     "needs an installed ROS": (r"ros2 |source (/opt|install/)|colcon |rosdep |cd ~/ws|git clone",),
     "of a checkout": (r"make |python campaigns/|python -m benchmarks",),
     "opens a window": (r".* --(open|window|view|tui)\b",),
-    "needs a cluster": (r"helm |.*tls://", r"export DASK|for who|dask scheduler --protocol tls"),
     "needs a real robot": (
         r".* --real\b",
         r".*--attach --(editable|wall-clock)",
         r"export .*TURTLEBOT3_MODEL",
     ),
     "needs certificates of SROS 2": (r".*ROS_SECURITY",),
-    "asks a person, after an agent has proposed": (r"bt-mission approve look",),
     "needs a mission that crashed": (r".* --resume",),
-    "needs the viewer of Rerun": (r"rerun ",),
+    **named_cases("NOT_RUN_ON_PAGES"),
 }
 """Why a command is not run, and its beginning. Each still stands for a command."""
 STAYS = {
@@ -52,27 +53,12 @@ STAYS = {
     r"bt-mission servers\b": "ready: scan and odometry have come",
     r"bt-mission serve\b": "\n",
     r"bt-mission .*--(web|foxglove|speed 1)\b": "\n",
-    r"bt-mission (edit|watch|mcp)\b[^|]*$": "",
-    r"bt-mission actions watch": "Ctrl-C ends it",
-    r"bt-mission actions send .*3600": "accepted",
+    r"bt-mission watch\b[^|]*$": "",
     r"python \S*_server\.py": "",
-    r"dask scheduler": "Scheduler at",
-    r"dask worker": "Start worker",
+    **named_cases("STAYS_ON_PAGES"),
 }
 """What stays until it is interrupted, and what it says when the next command may be typed."""
-SHORTER = {
-    "--seeds 1000": "--seeds 2",
-    "--seeds 300": "--seeds 2",
-    "--seeds 200": "--seeds 2",
-    "--seeds 100": "--seeds 2",
-    "--seeds 50": "--seeds 1",
-    "--seeds 20": "--seeds 1",
-    "--sample 500": "--sample 2",
-    "sweep explore": "sweep explore --set legs=1",
-    "--fail-below 0.95": "--fail-below 0.3",
-    "--keep-going 3": "--keep-going 2 --budget 20",
-    "falsify explore": "falsify explore --set legs=1 --budget 4",
-}
+SHORTER: Mapping[str, str] = named_cases("SHORTER_ON_PAGES")
 """What takes hours: many runs, long runs."""
 VALUES_VARY = ("docs/how-to/command-line-tools.md",)
 """Pages whose output is that of a live graph: numbers and ids are compared as such."""
@@ -182,6 +168,19 @@ def _clean(text: str) -> str:
 def test_commands_are_marked_as_such(page: str) -> None:
     """By ``sh`` or ``console``, so that they are run."""
     assert unmarked(PAGES[page]) == []
+
+
+CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
+CALLED = re.compile(r"(?:^\s*(?:\$ )?(?:\w+=\S+ )*|`|\| )bt-mission ([a-z][a-z-]*)")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_names_commands_that_are_there(page: str) -> None:
+    """What is left of a command that was taken away is named."""
+    known = {name for name, row in rows().items() if row.help}
+    lines = [line for block in CODE.findall(PAGES[page]) for line in block.splitlines()]
+    named = [(line, name) for line in lines for name in CALLED.findall(line)]
+    assert [line for line, name in named if name not in known] == []
 
 
 def test_every_reason_stands_for_a_command() -> None:

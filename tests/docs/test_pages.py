@@ -15,7 +15,6 @@ from bt_mission.base.yaml.document import read, read_text
 from bt_mission.cli import main
 from bt_mission.cli.argument_types import FileType
 from bt_mission.cli.main import make_parser
-from bt_mission.commands.falsify.guide import AIMS
 from bt_mission.requirements.checks import with_requirements
 from bt_mission.requirements.language.formula import Formula, vacuous_verdict
 from bt_mission.requirements.language.parser import JOINING
@@ -153,9 +152,9 @@ def test_every_signal_and_word_is_described() -> None:
     assert set(SIGNALS) | JOINING <= set(re.findall(r"[A-Za-z_.]+", code))
 
 
-# ---- faults, ranges and searches -------------------------------------------------------------
+# ---- faults and ranges -------------------------------------------------------------
 
-SCENARIOS, SEARCH, RANGES = (page(f"reference/{n}.md") for n in ("scenarios", "search", "ranges"))
+SCENARIOS, RANGES = (page(f"reference/{n}.md") for n in ("scenarios", "ranges"))
 ON_COMMAND_LINE = re.findall(r"--fault '([^']*)'", SCENARIOS)
 
 
@@ -168,12 +167,12 @@ def test_the_faults_are_read(text: list[str]) -> None:
     assert all(parse_fault(line).text for line in text)
 
 
-def test_the_files_of_ranges_are_read() -> None:
-    """On the page of ranges and in the guide."""
-    texts = blocks(RANGES, "yaml") + blocks(page("how-to/break-your-mission.md"), "yaml")
+def test_the_file_of_ranges_is_read() -> None:
+    """The example of the page."""
+    texts = blocks(RANGES, "yaml")
     pattern = re.compile(r"(# ranges.yaml\n)?(seeds|inputs):")
     ranges = [RangesFile(read_text(text)) for text in texts if pattern.match(text)]
-    assert len(ranges) == 2
+    assert len(ranges) == 1
 
 
 def test_every_key_of_ranges_has_a_row() -> None:
@@ -183,11 +182,6 @@ def test_every_key_of_ranges_has_a_row() -> None:
         for inner in parts.get(key, ()):
             assert re.search(rf"^\| [^|]*`({key})?\.{inner}`", RANGES, re.MULTILINE), inner
         assert key in parts or f"| `{key}` |" in RANGES
-
-
-def test_every_aim_of_a_search_has_a_row() -> None:
-    """By its name."""
-    assert [name for name in AIMS if f"| `{name}` |" not in SEARCH] == []
 
 
 # ---- robots ----------------------------------------------------------------------------------

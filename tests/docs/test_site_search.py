@@ -35,7 +35,7 @@ def test_pages_are_built_and_found(tmp_path: Path, request: pytest.FixtureReques
     assert "run_fleet" in (site / "docs/reference/api.html").read_text(encoding="utf-8")
     commands = text_of(site / "docs/reference/commands.html")
     assert "usage: bt-mission run [-h]" in commands
-    assert "usage: bt-mission actions send [-h]" in commands
+    assert "usage: bt-mission missions copy [-h]" in commands
     assert "with --web: listen on this port" in commands
     if BROWSER is None:
         pytest.skip("no Chromium is installed")

@@ -15,11 +15,12 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from bt_mission.base.ros_log import EscapingLogger
 from bt_mission.base.text import escape_control, escape_lines
-from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import main, make_parser
+from bt_mission.cli.subparsers import load_commands
 from bt_mission.commands.doctor import CheckResult, DoctorCheck, report_on
 from bt_mission.views.terminal.console import EscapingConsole
 from bt_mission.views.terminal.streams import escaped_output, unescaped
+from tests.support.command_cases import cases
 from tests.support.hostile import ATTACKS, HOSTILE, MARK, escape_nothing, filled, leaks
 from tests.support.project import ROOT
 from tools import check_layers
@@ -43,8 +44,8 @@ BORDERS = {
 
 TYPES_ONLY = (
     "bt_mission.commands.doctor",
-    "bt_mission.commands.graph.goal_views",
     "bt_mission.views.terminal.views",
+    *cases("TAKE_A_CONSOLE"),
 )
 """Modules that take a console, and make none: they import its class for annotations."""
 
@@ -243,7 +244,7 @@ def test_arguments_of_commands(capsys):
     assert leaks(shown.out + shown.err) == []
 
 
-FILES = ("run", "check", "convert", "tree", "replay", "report", "diff")
+FILES = ("run", "check", "tree", "replay", "report", "diff", *cases("FILES_THAT_ARE_NOT_THERE"))
 
 
 @pytest.mark.parametrize("command", FILES)

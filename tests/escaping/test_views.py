@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import ImageDraw
 from py_trees.common import Status
 
 from bt_mission.cli.main import main
-from bt_mission.commands.video.panel import Captions, panel
 from bt_mission.executive.events import reader
 from bt_mission.executive.events.codec import json_line
 from bt_mission.executive.events.events import NodeChanged
@@ -248,27 +246,6 @@ def test_the_page_of_coverage():
     shown = as_html(CoverageTally({HOSTILE: covered}))
     assert MARK in shown
     assert markup_leaks(shown) == []
-
-
-@pytest.fixture
-def drawn_texts(monkeypatch) -> list[str]:
-    """Every text that is drawn into a picture."""
-    results: list[str] = []
-    draw = ImageDraw.ImageDraw.text
-
-    def kept(self: Any, at: Any, text: str, *rest: Any, **options: Any) -> None:
-        results.append(text)
-        draw(self, at, text, *rest, **options)
-
-    monkeypatch.setattr(ImageDraw.ImageDraw, "text", kept)
-    return results
-
-
-def test_the_panel_of_a_film(drawn_texts):
-    """Its words go into pixels, which would still be written from right to left."""
-    panel(filled(Captions, BRIEF), 2000, 500)
-    assert any(MARK in text for text in drawn_texts)
-    assert leaks("".join(drawn_texts)) == []
 
 
 # ---- traces ----------------------------------------------------------------------------------

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import random
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bt_mission.base.yaml.document import read_text
-from bt_mission.commands.convert.document import document_of, mission_yaml
-from bt_mission.commands.convert.mission_writer import mission_xml
 from bt_mission.language.expressions.expression import Expression, Late, Text
 from bt_mission.scenarios.loader import examine_scenario
 from bt_mission.sessions.check import examine
@@ -105,19 +102,6 @@ def test_a_place_is_checked_like_a_pose() -> None:
 def test_a_malformed_place_is_refused(written: str) -> None:
     """With the forms that there are."""
     assert messages("wait: 1", f"mission: m\nplaces: {{p: {written}}}\n")
-
-
-def test_places_come_back_from_xml(tmp_path: Path) -> None:
-    """The names in goals stay names."""
-    text = f"{HEAD}tree:\n  navigate_to_pose: {{pose: dock}}\n  timeout: 60 s\n"
-    xml = mission_xml(read_text(text))
-    first, again = load(read_text(text)), load(document_of(xml))
-    assert again.places == first.places == {"dock": (0.5, 0, 180), "door": (1, 0.5, 0)}
-    goals: list[Any] = [again.tree, first.tree]
-    assert goals[0].sent == goals[1].sent
-    path = tmp_path / "m.xml"
-    path.write_text(xml, encoding="utf-8")
-    assert "pose: dock" in mission_yaml(path)
 
 
 def test_a_scenario_has_the_zones_of_its_own_world() -> None:

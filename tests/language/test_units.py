@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import copy
 import random
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.units import UNITS, converted, in_base, near_unit
-from bt_mission.base.yaml.document import read_text
-from bt_mission.commands.convert.mission_writer import mission_xml
 from bt_mission.language.expressions.expression import Expression, Text
 from bt_mission.language.expressions.units import Measured
 from bt_mission.language.inputs import overridden
@@ -163,22 +160,3 @@ def test_a_value_of_another_type_or_unit_is_refused(default: Any, given: Any, me
     values, (fault,) = overridden({"a": default, "b": 1}, {"a": given})
     assert (values, fault.message) == ({"a": default, "b": 1}, message)
     assert (fault.file, fault.source, fault.column) == ("--set", f"a={given}", 3)
-
-
-def test_units_come_back_from_xml(tmp_path: Path) -> None:
-    """What XML cannot say is a number there; the two missions mean the same."""
-    text = (
-        "mission: m\ninputs: {angle: 90 deg, gap: 50 cm}\ntree:\n  sequence:\n"
-        "    - wait: 500 ms\n    - timeout: 3 s\n      do: {wait: 1}\n"
-        "    - turn: {angle: -20 deg}\n      timeout: 20 s\n    - check: gap < 60 cm\n"
-    )
-    path = tmp_path / "m.xml"
-    path.write_text(mission_xml(read_text(text)), encoding="utf-8")
-    first: Any = load(text)
-    again: Any = load(path)
-    assert again.inputs == first.inputs
-    wait, timeout, turn, check = first.tree.below
-    wait_again, timeout_again, turn_again, check_again = again.tree.below
-    assert (wait_again.seconds, timeout_again.seconds) == (wait.seconds, timeout.seconds)
-    assert (turn_again.sent, turn_again.timeout) == (turn.sent, turn.timeout)
-    assert check_again.condition == check.condition

@@ -19,8 +19,8 @@ import pytest
 
 from bt_mission.base.files import Kind, folders
 from bt_mission.cli import ros_arguments
-from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import make_parser
+from bt_mission.cli.subparsers import load_commands
 from tests.support.project import ROOT
 
 PACKAGE = ROOT / "ros_package"

@@ -11,7 +11,7 @@ from bt_mission.base.diagnostics import InputError
 from bt_mission.cli.main import main
 from bt_mission.scenarios.fleets.run import run_fleet
 from bt_mission.scenarios.run import run_scenario
-from bt_mission.sessions.load import convert, load
+from bt_mission.sessions.load import load
 from bt_mission.testing.stages import Stages
 from tests.support.robot_bag import verify
 
@@ -130,10 +130,9 @@ def test_the_command_line_asks_for_it_and_a_recording_holds_it(
 
 
 def test_an_observation_stands_in_the_mission(tmp_path: Path) -> None:
-    """In YAML and XML, in seconds, 0 or more."""
+    """In seconds, 0 or more."""
     file = tmp_path / "it.yaml"
     file.write_text(MISSION.replace("world:", "observe: 2.5\nworld:"))
-    (tmp_path / "it.xml").write_text(convert(file))
-    assert load(file).observe == load(tmp_path / "it.xml").observe == 2.5
+    assert load(file).observe == 2.5
     with pytest.raises(InputError, match="seconds, 0 or more"):
         load(MISSION.replace("world:", "observe: -1\nworld:"))

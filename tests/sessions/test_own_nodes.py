@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +18,6 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.cli import main
 from bt_mission.executive.report import Report
 from bt_mission.language.plugins import find_factory
-from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
 from bt_mission.scenarios.concrete.worker import ScenarioWorker
 from bt_mission.scenarios.fleets.loader import load_fleet
@@ -27,53 +25,18 @@ from bt_mission.scenarios.fleets.run import run_fleet
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine
-from bt_mission.sessions.load import convert, load
+from bt_mission.sessions.load import load
 from bt_mission.sessions.served_missions import ServedMissions
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.run import Run
+from tests.support.own_nodes import TURN_SERVER, written
 from tests.support.project import ROOT
 
 CODE = ROOT / "docs" / "tutorials" / "code"
 WITH_NODES = "numbers_in_simulation.yaml"
 
-TURN_SERVER = """\
-from bt_mission_interfaces.action import Turn
-from rclpy.action import ActionServer
-from rclpy.node import Node
-
-MADE = []
-
-class TurnServer(Node):
-    def __init__(self, **options):
-        super().__init__("own_turn", **options)
-        MADE.append(self.get_fully_qualified_name())
-        self.server = ActionServer(self, Turn, "turn", self.turn)
-
-    def turn(self, goal):
-        goal.succeed()
-        return Turn.Result(angle_turned=1234.0)
-"""
-TURNS = """\
-mission: turns
-world: empty_arena
-{nodes}
-tree:
-  sequence:
-    - turn: {{angle: 90}}
-      timeout: 20
-      outputs: {{angle_turned: turned}}
-    - check: turned == 1234
-"""
 WAITS = "mission: m\nworld: empty_arena\ntree: {wait: 1}\n"
-
-
-def written(folder: Path, nodes: str = "", code: str = TURN_SERVER) -> Path:
-    """Write a server and a mission; gives the mission."""
-    (folder / "server.py").write_text(code, encoding="utf-8")
-    path = folder / "turns.yaml"
-    path.write_text(TURNS.format(nodes=f"nodes: [{nodes}]" if nodes else ""), encoding="utf-8")
-    return path
 
 
 def ran(mission: Any, folder: Path, **options: Any) -> Report:
@@ -217,62 +180,6 @@ def test_each_robot_of_a_fleet_has_the_nodes_of_its_mission(tmp_path: Path) -> N
     assert run_fleet(load_fleet(path)).status == "success"
     module = sys.modules[find_factory("server.py:common", str(path)).__module__]
     assert module.MADE == ["/common", "/robot1/own_turn", "/robot2/own_turn"]
-
-
-def test_a_fork_makes_them_again_where_it_may(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """As Python leaves: the code on this machine is run only where that was asked for."""
-    monkeypatch.chdir(tmp_path)
-    written(tmp_path)
-    Path("it.scenario.yaml").write_text(
-        "scenario: it\nmission: turns.yaml\nnodes: [server.py:TurnServer]\n", encoding="utf-8"
-    )
-    assert main(["run", "it.scenario.yaml", "--plain", "--record", "run.mcap"]) == 0
-    assert main(["fork", "run.mcap", "--at", "0"]) == 2
-    assert "the Python node 'server.py:TurnServer' is refused" in capsys.readouterr().err
-    assert main(["fork", "run.mcap", "--at", "0", "--import-python", "--json"]) == 0
-    assert '"is_identical": true' in capsys.readouterr().out
-
-
-def test_a_fork_runs_whole_programs_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Up to the instant of the fork they do the same, and then go on."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("sleepy_server.py", "sleepy_numbers.yaml"):
-        shutil.copy(ROOT / "docs" / "tutorials" / "code" / name, tmp_path)
-    assert main(["run", "sleepy_numbers.yaml", "--plain", "--record", "run.mcap"]) == 0
-    assert main(["fork", "run.mcap", "--at", "3"]) == 2
-    assert "the Python node 'sleepy_server.py --threads' is refused" in capsys.readouterr().err
-    assert main(["fork", "run.mcap", "--at", "3", "--import-python", "--json"]) == 0
-    assert '"is_identical": true' in capsys.readouterr().out
-
-
-def test_a_run_with_nodes_of_a_program_cannot_be_forked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """They are not in the recording."""
-    mission = load(WAITS)
-    path, options = tmp_path / "run.mcap", StageOptions(nodes=[lambda **o: Node("mine", **o)])
-    with (
-        Stage(mission, image_folder=tmp_path, options=options) as stage,
-        RunRecorder(stage, path) as recorder,
-    ):
-        while not stage.is_done:
-            stage.step()
-        recorder.finish(stage.report().as_dict())
-    assert main(["fork", str(path), "--at", "0"]) == 2
-    assert "needs nodes that a program created" in capsys.readouterr().err
-
-
-def test_xml_keeps_them(tmp_path: Path) -> None:
-    """In the metadata of the main tree."""
-    shutil.copytree(CODE, tmp_path / "code")
-    path = tmp_path / "code" / WITH_NODES
-    xml = path.with_suffix(".xml")
-    xml.write_text(convert(path), encoding="utf-8")
-    assert load(xml).nodes == load(path).nodes
 
 
 # ---- trust -----------------------------------------------------------------------------------

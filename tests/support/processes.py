@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bt_mission.testing.live_graph import command
+from bt_mission.testing.live_graph import LOCAL, command
 
 PATIENCE_S = 280.0
 """How long a test waits for another process: for ever, as far as a loaded machine goes.
@@ -45,3 +46,29 @@ def read_until(process: subprocess.Popen[str], words: str) -> str:
         if words in line:
             return seen
     raise AssertionError(f"'{words}' was never said in:\n{seen}")
+
+
+def ended(process: subprocess.Popen[str], code: int, number: int | None = None) -> str:
+    """Wait for the end of a process with this exit code, after a signal; gives what it said."""
+    if number is not None:
+        process.send_signal(number)
+    out, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == code, out
+    assert "Traceback" not in out
+    return out
+
+
+def printed_beside_libraries(*arguments: str) -> str:
+    """Return the output of a command while Fast DDS prints errors, for want of shared memory."""
+    done = subprocess.run(
+        command(*arguments),
+        env=os.environ | LOCAL,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)),
+    )
+    assert done.returncode == 0
+    assert "RTPS" in done.stderr
+    return done.stdout

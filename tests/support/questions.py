@@ -8,7 +8,13 @@ import yaml  # type: ignore[import-untyped]
 
 from tests.support.project import ROOT
 
-QUESTIONS: Mapping[str, Sequence[str]] = yaml.safe_load(
-    (ROOT / "tests" / "docs" / "questions.yaml").read_text("utf-8")
+FILES = (
+    ROOT / "tests" / "docs" / "questions.yaml",
+    *sorted((ROOT / "tests" / "commands").glob("*/questions.yaml")),
 )
+QUESTIONS: Mapping[str, Sequence[str]] = {
+    words: pages
+    for file in FILES
+    for words, pages in yaml.safe_load(file.read_text("utf-8")).items()
+}
 """What they type, and the pages of which one must be among the first three."""

@@ -7,7 +7,7 @@ import runpy
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,7 +15,6 @@ import pytest
 
 from action_servers.core.pilot import Pilot
 from bt_mission.base.diagnostics import Diagnostic
-from bt_mission.commands.convert import xml_format
 from bt_mission.executive.behaviours import leaves
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.goals.ledger import Ledger
@@ -24,7 +23,7 @@ from bt_mission.recording.reading import RecordedFile
 from bt_mission.sessions import check
 from tests.support.fuzz import cases
 from tests.support.fuzz.limits import MEMORY_MB, forget_peak, judge_within, peak_mb, resident_mb
-from tests.support.fuzz.targets import MODULES, target, target_of
+from tests.support.fuzz.targets import MODULES, OF_COMMANDS, target, target_of
 from tests.support.project import ROOT
 from tests.support.thorough import sample
 
@@ -140,7 +139,7 @@ def test_a_case_of_each_target_follows_from_the_seed_and_its_number(name):
     assert chosen.case(result, 1, 9) == cases_of[-1]
     assert chosen.case(result, 2, 9) != cases_of[-1]
     assert len({case.contents for case in cases_of}) > 8
-    if name != "trees":  # whose files are missions, too
+    if name not in OF_COMMANDS:  # whose files may be missions, too
         assert {target_of(Path(case.name)) for case in cases_of} == {name}
 
 
@@ -153,9 +152,6 @@ def judged_sample(name, contents=None, number=0, **options):
     return judge_within(path, judge=chosen.judge, **options)
 
 
-OTHER = "mission: m\ntree: {wait: 1}\n"
-
-
 def crash(*_args, **_kwargs):
     """Raise what nobody expects."""
     raise KeyError("planted")
@@ -165,15 +161,10 @@ def crash(*_args, **_kwargs):
     ("name", "where", "planted", "kind"),
     [
         ("recordings", (RecordedFile, "facts"), property(crash), "KeyError in test_fuzz.py:crash"),
-        (
-            "trees",
-            (xml_format, "XML_FORMAT"),
-            replace(xml_format.XML_FORMAT, to_yaml=lambda _: OTHER),
-            "YAML means",
-        ),
         ("goals", (Ledger, "is_settled"), False, "the mission does not end"),
         ("controls", (Executive, "interrupt"), lambda *_: None, "the mission does not end"),
         ("servers", (Pilot, "_end_all"), lambda *_: None, "a maneuver goes on after a stop"),
+        *((name, *import_module(module).PLANTED) for name, module in OF_COMMANDS.items()),
     ],
 )
 def test_a_fault_planted_behind_another_target_is_found(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import textwrap
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 import scipy.ndimage  # noqa: F401 - imported once, as NumPy
 
 import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
-from bt_mission.cli import main
 from tests.support.project import ROOT
 from tests.support.thorough import sample
 
@@ -61,14 +59,3 @@ def test_the_mission_of_the_first_tutorial_passes_its_tests(pytester: pytest.Pyt
     (pytester.path / "mine.yaml").write_text(mission, encoding="utf-8")
     (pytester.path / "test_mine.py").write_text("".join(PYTHON.findall(text)), encoding="utf-8")
     pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=2)
-
-
-def test_a_tree_of_behaviortree_cpp_becomes_a_tested_mission(pytester: pytest.Pytester) -> None:
-    """The tree of the page, its leaves replaced as the page says, passes the test of the page."""
-    text = (ROOT / "docs/how-to/coming-from.md").read_text(encoding="utf-8")
-    _, tree = re.findall(r"```xml to_a.xml\n(.*?)```", text, re.DOTALL)
-    (test,) = re.findall(r"   ```python test_to_a.py\n(.*?)```", text, re.DOTALL)
-    (pytester.path / "to_a.xml").write_text(textwrap.dedent(tree), encoding="utf-8")
-    assert main(["convert", "to_a.xml", "-o", "to_a.yaml"]) == 0
-    (pytester.path / "test_to_a.py").write_text(textwrap.dedent(test), encoding="utf-8")
-    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=1)

@@ -18,7 +18,7 @@ from posixpath import dirname, join, normpath
 from bt_mission.base.text import columns, cut
 from bt_mission.cli.exits import NOTHING_FOUND, SUCCESS
 from bt_mission.cli.parser import Command, Option
-from bt_mission.commands.docs.pages import LINK, Manual, Section, lines_of, manual
+from bt_mission.views.manual import LINK, Manual, Section, lines_of, manual
 from bt_mission.views.terminal.streams import unescaped
 
 MOST_OTHERS = 5
@@ -75,7 +75,7 @@ def _print_list(pages: Manual) -> None:
 
 def _search(pages: Manual, words: Sequence[str]) -> int:
     from bt_mission.base.diagnostics import did_you_mean
-    from bt_mission.commands.docs.page_search import PageIndex, vocabulary
+    from bt_mission.views.page_search import PageIndex, vocabulary
 
     read = [pages.page(name) for name in pages.names]
     with closing(PageIndex(read)) as index:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
+from bt_mission.base.commands import hints, page
 from bt_mission.base.diagnostics import LIKENED_NAMES, describe, did_you_mean, listed, quoted
 from bt_mission.language.action_names import ACTION_NAMES
 
@@ -12,9 +13,8 @@ _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
 _ELSE_IF = "write 'else:' beside 'when', with another 'when' below it"
 _FINALLY = "write 'finally: {timeout: 10}' with a 'do', and the clean-up under 'then'"
-TYPE_OF_TOPIC = (
-    "write 'type: sensor_msgs/msg/BatteryState' or the like; 'bt-mission topics list' names the "
-    "types of a running graph"
+TYPE_OF_TOPIC = "; ".join(
+    ["write 'type: sensor_msgs/msg/BatteryState' or the like", *hints("topic_type")]
 )
 _PARALLEL = "write 'parallel'"
 
@@ -156,7 +156,7 @@ EXAMPLES: Mapping[str, Mapping[str, Any]] = {
 }
 """Fields of types of nodes, besides those of goals."""
 
-ALL_KINDS = "'bt-mission docs nodes' lists all"
+ALL_KINDS = page("nodes", "'") + " lists all"
 NEAREST = 3
 
 

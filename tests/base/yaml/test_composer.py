@@ -6,7 +6,6 @@ from bt_mission.base.diagnostics import InputError
 from bt_mission.base.yaml.composer import MAX_VALUES, compose
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.base.yaml.parser_messages import MAX_DEPTH, TOO_DEEP
-from bt_mission.commands.edit.scalars import as_text
 
 SEPARATOR = "a line separator (U+{}), which looks like no end of a line"
 
@@ -229,4 +228,3 @@ def test_what_is_written_can_be_read(hidden):
     """Writers quote such texts, as keys and as values."""
     data = {"a": f"x{hidden}y", f"b{hidden}": ["c", hidden, f"x{hidden}\ny"]}
     assert compose(to_yaml(data), "a.yaml")[0] == data
-    assert compose(f"a: {as_text(hidden)}", "a.yaml")[0] == {"a": hidden}

@@ -11,7 +11,7 @@ import pytest
 from bt_mission.base import files
 from bt_mission.base.wall_clock import unix_s
 from bt_mission.commands.agents.permits import new_key, read_key
-from tests.support.agents import PASSPHRASE, SITE, Played
+from tests.commands.agents.played import PASSPHRASE, SITE, Played
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.agents.approval_page import MOST_WRONG, ApprovalServer
 from bt_mission.commands.agents.permits import new_key
-from tests.support.agents import PASSPHRASE, TURN, Attack, Played
+from tests.commands.agents.played import PASSPHRASE, TURN, Attack, Played
 from tests.support.thorough import sample
 from tests.support.web_pages import fetch
 

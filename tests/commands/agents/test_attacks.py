@@ -24,7 +24,7 @@ from bt_mission.commands.agents.permits import grant, new_key, read_key
 from bt_mission.commands.agents.robot import marked
 from bt_mission.commands.agents.server import LONGEST_CALL
 from bt_mission.commands.agents.shown import Shown
-from tests.support.agents import PROOF, RUNS, TURN, Attack, Played
+from tests.commands.agents.played import PROOF, RUNS, TURN, Attack, Played
 from tests.support.thorough import sample
 
 

@@ -17,7 +17,7 @@ from mcp.shared.exceptions import MCPError
 from mcp_types import EmptyResult, Request
 
 from bt_mission.commands.agents.call_log import MOST_WAITING, CallLog, LogError, read_log
-from tests.support.agents import TURN, Played
+from tests.commands.agents.played import TURN, Played
 
 LINE = {"client": "a", "call": "check", "arguments": {}, "outcome": "done"}
 

@@ -18,7 +18,7 @@ from bt_mission.commands.agents.permitted import PermittedMissions
 from bt_mission.commands.agents.robot import UNANSWERED, RosRobot
 from bt_mission.commands.agents.server import agent_server
 from bt_mission.sessions.scripted_server import ScriptedServer
-from tests.support.agents import TURN, Played
+from tests.commands.agents.played import TURN, Played
 from tests.support.mission_goals import Sent
 
 DRAFT = "mission: look\ntree:\n  turn: {angel: 90}\n  timeout: 20\n"

@@ -11,7 +11,7 @@ from bt_mission.commands.agents.door import Door
 from bt_mission.commands.agents.examiner import Examiner
 from bt_mission.commands.agents.folder import Proposal
 from bt_mission.commands.agents.server import agent_server
-from tests.support.agents import TURN, Played
+from tests.commands.agents.played import TURN, Played
 
 POSES = ", ".join(["[1, 0.5, 0]"] * 900)
 LONG = f"mission: look\ninputs: {{p: [{POSES}]}}\ntree:\n  sequence:\n"

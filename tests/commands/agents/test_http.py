@@ -13,7 +13,7 @@ from mcp.client import Client
 from mcp_types import Implementation
 
 from bt_mission.commands.agents.transports import MOST_SESSIONS, serve_http
-from tests.support.agents import TURN, Played
+from tests.commands.agents.played import TURN, Played
 
 PING = {"jsonrpc": "2.0", "id": 1, "method": "ping"}
 JSON = {"Accept": "application/json, text/event-stream", "Content-Type": "application/json"}

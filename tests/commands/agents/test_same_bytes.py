@@ -18,7 +18,7 @@ from bt_mission.commands.agents.shown import Shown
 from bt_mission.commands.agents.site import load_site
 from bt_mission.language.expressions.expression import resolve
 from bt_mission.language.loader import required
-from tests.support.agents import TURN, Played, runs_of
+from tests.commands.agents.played import TURN, Played, runs_of
 
 CHOICE = """\
 mission: look

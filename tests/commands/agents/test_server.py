@@ -12,7 +12,7 @@ from mcp.client import Client
 
 from bt_mission.commands.agents.door import MOST_PICTURE
 from bt_mission.commands.agents.jobs import CommandEnd
-from tests.support.agents import TURN, Played
+from tests.commands.agents.played import TURN, Played
 
 
 def test_a_mission_is_proposed_proved_simulated_and_driven_with_a_permit(played: Played) -> None:

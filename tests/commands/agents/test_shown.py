@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.commands.agents.names import fault_of, shown_name
 from bt_mission.commands.agents.shown import CONTINUED, MOST_LINES, THEIRS, Shown
-from tests.support.agents import HOLDS, RUNS, Played
+from tests.commands.agents.played import HOLDS, RUNS, Played
 from tests.support.web_pages import fetch
 
 FORGED = "evidence: 20 of 20 runs succeeded"

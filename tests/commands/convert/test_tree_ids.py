@@ -10,7 +10,7 @@ from bt_mission.commands.convert.palette import palette_xml
 from bt_mission.commands.convert.table import REGISTERED, leaf_kinds
 from bt_mission.ros.interface_types import shapes
 from bt_mission.sessions.load import load
-from tests.support.btcpp_rules import CHILDREN, models, refusals, type_refusals
+from tests.commands.convert.btcpp_rules import CHILDREN, models, refusals, type_refusals
 from tests.support.missions import meaning
 from tests.support.project import MISSIONS, ROOT
 

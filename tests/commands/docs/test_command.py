@@ -9,15 +9,17 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from bt_mission.base.commands import ROWS
-from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import make_parser
 from bt_mission.cli.parser import Parser
-from bt_mission.commands.docs.pages import Manual
+from bt_mission.cli.subparsers import load_commands
+from bt_mission.views.manual import Manual
 from tests.support.command_line import CommandLine
+from tests.support.installed import run_in
 from tests.support.processes import PATIENCE_S
 from tests.support.project import ROOT
 
@@ -174,7 +176,7 @@ def test_without_pages_the_installation_is_doubted(
     cli: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A folder of the same name beside the package is not taken for them."""
-    monkeypatch.setattr("bt_mission.commands.docs.pages.docs_folder", lambda: None)
+    monkeypatch.setattr("bt_mission.views.manual.docs_folder", lambda: None)
     assert cli.refused("docs") == "no pages found: is the installation complete? [BT-101]\n"
 
 
@@ -290,7 +292,7 @@ def test_help_names_pages_that_exist() -> None:
     pages = {option.page for parser in parsers for option in parser.options} - {""}
     assert {"scenarios", "recording"} <= pages <= names
     texts = [parser.format_help() for parser in parsers if not parser.prog.endswith(" docs")]
-    texts += [path.read_text("utf-8") for path in ROOT.glob("bt_mission/commands/convert/*.py")]
+    texts += [path.read_text("utf-8") for path in ROOT.glob("bt_mission/commands/*/*.py")]
     named = set(re.findall(r"bt-mission docs ([a-z][\w/-]*)", "\n".join(texts)))
     assert named <= names
     assert not [text for text in texts if "docs/" in re.sub(r"docs [\w/-]+", "", text)]
@@ -298,6 +300,15 @@ def test_help_names_pages_that_exist() -> None:
 
 def test_the_help_of_a_command_ends_with_its_pages(cli: CommandLine) -> None:
     """The commands below it have the same."""
-    ending = ["read more:", "  bt-mission docs command-line-tools", "  bt-mission docs actions"]
-    assert cli.lines("actions --help")[-3:] == ending
-    assert cli.lines("actions send --help")[-3:] == ending
+    ending = ["read more:", "  bt-mission docs own-project", "  bt-mission docs mission-language"]
+    assert cli.lines("missions --help")[-3:] == ending
+    assert cli.lines("missions copy --help")[-3:] == ending
+
+
+@pytest.mark.process
+def test_an_installation_shows_its_pages_in_an_empty_folder(
+    installed: Path, tmp_path: Path
+) -> None:
+    """Those of the wheel."""
+    output = run_in(installed, tmp_path, "bt-mission", "docs", "two", "robots")
+    assert output.startswith("# Run a fleet\n")

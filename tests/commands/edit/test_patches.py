@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.base.yaml.composer import compose
 from bt_mission.base.yaml.document import read_text
 from bt_mission.commands.edit import patches
 from bt_mission.commands.edit.plan import plan_of
+from bt_mission.commands.edit.scalars import as_text
 from bt_mission.commands.edit.source import Edits, PatchError, applied
 from bt_mission.commands.edit.spans import Path as KeyPath
 from bt_mission.commands.edit.spans import Span, read_spans
@@ -270,3 +272,9 @@ def test_acts_on_the_map_of_a_world_change_its_lines_only(path: Path) -> None:
         new = [line for line in after if line not in lines]
         assert [line for line in after if line in lines] == lines
         assert len(new) == 1 + (f"{section}:" not in lines)
+
+
+@pytest.mark.parametrize("hidden", "\x85\u2028\u2029\u200b\u202e\u3164")
+def test_a_text_that_is_put_in_can_be_read(hidden: str) -> None:
+    """Characters that cannot be seen are quoted."""
+    assert compose(f"a: {as_text(hidden)}", "a.yaml")[0] == {"a": hidden}

@@ -51,7 +51,7 @@ def forked(
 def test_the_same_happens_again_wherever_it_is_forked(
     name: str, inputs: dict[str, Any], profile: Profile, tmp_path: Path
 ) -> None:
-    """Byte for byte, to the end; campaigns/forks.py does it a thousand times."""
+    """Byte for byte, to the end; benchmarks/commands/fork/forks.py does it a thousand times."""
     path = tmp_path / "run.mcap"
     options = StageOptions(nature=Nature(profile))
     stage = recorded_run(load(find("missions", name), set=inputs), path, options)

@@ -34,7 +34,7 @@ from bt_mission.commands.foxglove import server as server_module
 from bt_mission.commands.foxglove.clients import Client
 from bt_mission.commands.foxglove.server import FoxgloveServer
 from bt_mission.views.web.guarded_server import FrameRate
-from tests.support.foxglove_client import FoxgloveClient
+from tests.commands.foxglove.client import FoxgloveClient
 from tests.support.processes import PATIENCE_S
 
 TURNS = """\

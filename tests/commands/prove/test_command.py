@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+
+import pytest
 
 from tests.support.command_line import CommandLine
 
@@ -40,3 +43,26 @@ def test_the_tree_is_below_the_findings(cli: CommandLine) -> None:
     """Each node with its outcomes."""
     lines = cli.lines("prove patrol --faults 0 --tree")
     assert "outcomes of nodes: ✓ some run reaches it, · none does" in lines
+
+
+@pytest.mark.parametrize(
+    ("files", "is_terminal", "is_shown"),
+    [
+        ("square", True, True),
+        ("square", False, False),
+        ("square patrol", True, False),
+        ("square --json", True, False),
+    ],
+)
+def test_check_names_prove_to_a_person_where_it_applies(
+    cli: CommandLine,
+    monkeypatch: pytest.MonkeyPatch,
+    files: str,
+    *,
+    is_terminal: bool,
+    is_shown: bool,
+) -> None:
+    """Once: pipes, several files and programs get what they had."""
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: is_terminal)
+    hint = "  'bt-mission prove square' explores every answer of its servers\n"
+    assert cli(f"check {files}").endswith(hint) is is_shown

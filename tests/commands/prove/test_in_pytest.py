@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
+from bt_mission.base.commands import loaded, points
 from bt_mission.commands.prove.testing import ProofFailed, prove
+from tests.support.project import ROOT
 
 TURN = "{turn: {angle: 90}, timeout: 9}"
 MISSION = f"mission: m\ntree:\n  sequence: [{TURN}, {TURN}]\n"
@@ -58,3 +62,23 @@ def test_a_marker_proves_before_the_test(pytester: pytest.Pytester) -> None:
     result.assert_outcomes(passed=1, failed=1)
     result.stdout.fnmatch_lines(["*ProofFailed: m:", "*1. /turn rejects the goal"])
     result.stdout.no_fnmatch_line("*the body runs*")
+
+
+def test_the_example_of_the_page_passes(pytester: pytest.Pytester) -> None:
+    """With the mission and the world of the page about tests."""
+    testing = (ROOT / "docs/reference/testing.md").read_text(encoding="utf-8")
+    for name, text in re.findall(r"`(\S+\.yaml)`[^`]*```\w+\n(.*?)```", testing, re.DOTALL):
+        (pytester.path / name).write_text(text, encoding="utf-8")
+    page = (ROOT / "docs/how-to/prove-a-mission.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (pytester.path / "test_there.py").write_text(block, encoding="utf-8")
+    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=2)
+
+
+def test_a_notebook_shows_a_proof_as_a_page() -> None:
+    """Alone, as a whole document."""
+    proof = prove(MISSION, faults=0)
+    name = f"{type(proof).__module__}.{type(proof).__qualname__}"
+    page = loaded(points("display.")[name])(proof)
+    assert page.startswith("<!doctype html>")
+    assert "<title>m" in page

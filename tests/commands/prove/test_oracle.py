@@ -1,4 +1,4 @@
-"""What is proved holds in random runs that share no code with the proof (campaigns/oracle.py)."""
+"""What is proved holds in random runs that share no code with the proof."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from textwrap import dedent
 import pytest
 
 from bt_mission.sessions.load import load
-from tests.support.oracle.judge import shown_by, try_mission
-from tests.support.oracle.missions import random_mission
-from tests.support.oracle.world import World
+from tests.commands.prove.oracle.judge import shown_by, try_mission
+from tests.commands.prove.oracle.missions import random_mission
+from tests.commands.prove.oracle.world import World
 from tests.support.thorough import sample
 
 RUNS = 200

@@ -15,7 +15,7 @@ from bt_mission.commands.prove.explorer import Bounds, Progress, explore
 from bt_mission.commands.prove.memento import Keeper
 from bt_mission.commands.prove.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
-from tests.support.brute_force import enumerated, explored, looping_mission, small_mission
+from tests.commands.prove.brute_force import enumerated, explored, looping_mission, small_mission
 from tests.support.project import ROOT
 from tests.support.thorough import sample
 
@@ -24,7 +24,7 @@ MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
 
 
 LARGE = {0, 2, 42, 56}
-"""Seeds with too many runs for a test; campaigns/prove.py takes them, too."""
+"""Seeds with too many runs for a test; benchmarks/commands/prove/prove.py takes them, too."""
 
 
 def proof_of(tree: str, head: str = "", **options: object) -> Proof:

@@ -12,7 +12,7 @@ from bt_mission.commands.prove.answers import parse_answers
 from bt_mission.commands.prove.proof import Proof, ProofOptions, prove
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
-from tests.support.brute_force import small_mission
+from tests.commands.prove.brute_force import small_mission
 
 FORWARD = "{explore_forward: {fwd_velocity: 0.1, stopping_distance: 0.5}, timeout: 9, outputs: OUT}"
 GAP = FORWARD.replace("OUT", "{closest_obstacle: gap}")

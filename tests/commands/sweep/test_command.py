@@ -182,3 +182,10 @@ def test_results_of_another_sweep_are_kept(cli: CommandLine) -> None:
     assert "add --resume to continue it" in cli.refused("sweep turns.yaml --seeds 3")
     error = cli.refused("sweep turns.yaml --seeds 3 --resume")
     assert 'seeds was "0..4", is "0..2"' in error
+
+
+def test_another_simulator_is_code_that_can_be_refused(cli: CommandLine) -> None:
+    """As for a run; its scenarios would have it."""
+    cli.write("nap.yaml", "mission: nap\ntree: {wait: 1}\n")
+    cli("sweep nap.yaml --simulator sim.ir_sim:IrSim --no-python", 2)
+    assert "the Python node 'sim.ir_sim:IrSim' is refused [BT-216]" in cli.err

@@ -11,7 +11,7 @@ from bt_mission.commands.sweep.plan import SweepPlan
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges, load_base
 from bt_mission.scenarios.concrete.ranges import parse_parameter
 from bt_mission.scenarios.concrete.worker import ScenarioWorker
-from tests.support.killed_sweep import KilledSweep
+from tests.commands.sweep.killed_sweep import KilledSweep
 
 MISSION = """\
 mission: turns

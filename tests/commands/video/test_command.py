@@ -80,3 +80,21 @@ def test_without_egl_nothing_is_filmed(cli: CommandLine, monkeypatch: pytest.Mon
     cli.write("m.yaml", MISSION)
     assert "apt-get install libegl1" in cli.refused("run m.yaml --video film.mp4")
     assert not Path("film.mp4").exists()
+
+
+def test_a_video_is_refused_before_anything_moves(cli: CommandLine) -> None:
+    """The encoder has not opened the file."""
+    cli.write("m.yaml", MISSION)
+    cli.write("film.mp4", "the only copy")
+    assert "film.mp4 exists" in cli.refused("run m.yaml --video film.mp4")
+    assert Path("film.mp4").read_text("utf-8") == "the only copy"
+
+
+def test_a_folder_that_takes_no_file_is_refused_before_the_run(
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The video is written after it."""
+    cli.write("m.yaml", MISSION)
+    monkeypatch.setattr("os.access", lambda _path, _mode: False)  # a superuser may write anywhere
+    error = cli.refused("run m.yaml --video=run.mp4")
+    assert f"run.mp4: the folder {cli.folder} is not writable" in error

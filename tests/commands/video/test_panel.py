@@ -1,9 +1,12 @@
 """Captions."""
 
 import numpy as np
+import pytest
+from PIL import ImageDraw
 
 from bt_mission.commands.video.panel import Captions, PanelLeaf, panel
 from bt_mission.executive.behaviours.leaves import LeafProgress
+from tests.support.hostile import MARK, SHORT, filled, leaks
 
 RUNNING = Captions(
     "explore", 3.2, "running", (PanelLeaf("drive", LeafProgress("m", 0.5, 2.0)),), "hello"
@@ -45,3 +48,12 @@ def test_what_is_too_long_is_cut() -> None:
 def test_any_letter_can_be_said() -> None:
     """Also those that a font lacks, and none at all."""
     assert panel(Captions("\0\n\u202e日本", 0.0, "", (), "☃"), 560, 300).any()
+
+
+def test_words_of_others_are_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They go into pixels, which would still be written from right to left."""
+    drawn: list[str] = []
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda *given, **_: drawn.append(given[2]))
+    panel(filled(Captions, f"{MARK}{SHORT}\nFORGED [reverse]m[/]"), 2000, 500)
+    assert any(MARK in text for text in drawn)
+    assert leaks("".join(drawn)) == []

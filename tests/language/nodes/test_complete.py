@@ -11,7 +11,6 @@ import pytest
 from pydantic import Field
 
 from bt_mission.base.diagnostics import InputError
-from bt_mission.cli.main import main
 from bt_mission.executive.behaviours import leaves
 from bt_mission.executive.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.executive.behaviours.hooks import Hooked
@@ -20,19 +19,14 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import Family, NodeModel, Sign
 from bt_mission.language.nodes.fields import Seconds
 from bt_mission.language.nodes.registry import GENERAL, KINDS
-from bt_mission.sessions.load import convert, load
+from bt_mission.sessions.load import load
 from tests.support.project import LANGUAGE_PAGES, ROOT
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus" / "every_kind.yaml"
 
 BEHAVIOUR = "a behaviour in bt_mission.executive.behaviours.builder.BEHAVIOURS"
-XML = "a row in bt_mission.commands.convert.table"
 EXAMPLE = "a mission with it in tests/fuzz/corpus/every_kind.yaml"
 PARAGRAPH = "a paragraph with an example in docs/reference/nodes.md"
-
-
-ONLY_YAML = ("choose", "for_each", "finally")
-"""Kinds that XML of BehaviorTree.CPP has nothing for."""
 
 
 def kinds_of(mission: Mission) -> set[str]:
@@ -40,8 +34,8 @@ def kinds_of(mission: Mission) -> set[str]:
     return {node.kind for tree in mission.all_trees for node in tree.body.walk()}
 
 
-def lacking(key: str, corpus: Path, page: str, capsys: pytest.CaptureFixture[str]) -> Iterator[str]:
-    """What a kind of node lacks; XML is tried with the mission that has it."""
+def lacking(key: str, corpus: Path, page: str) -> Iterator[str]:
+    """What a kind of node lacks."""
     kind = KINDS[key].kind
     if not any(parent in BEHAVIOURS for parent in KINDS[key].__mro__):
         yield BEHAVIOUR
@@ -49,10 +43,6 @@ def lacking(key: str, corpus: Path, page: str, capsys: pytest.CaptureFixture[str
         yield PARAGRAPH
     if kind not in kinds_of(load(corpus)):
         yield EXAMPLE
-        return
-    main(["convert", str(corpus)])
-    if f"'{key}' has no counterpart in XML" in capsys.readouterr().err:
-        yield XML
 
 
 @pytest.fixture
@@ -63,10 +53,10 @@ def corpus(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("key", GENERAL)
-def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_kind_lacks_nothing(key: str, corpus: Path) -> None:
     """Its class tells the rest: form, values, variables, ends, label and details."""
-    results = list(lacking(key, corpus, LANGUAGE_PAGES, capsys))
-    assert results == ([XML] if key in ONLY_YAML else []), "\n".join(results)
+    results = list(lacking(key, corpus, LANGUAGE_PAGES))
+    assert results == [], "\n".join(results)
 
 
 def test_every_behaviour_has_hooks(corpus: Path) -> None:
@@ -84,22 +74,16 @@ class HonkNode(NodeModel):
     seconds: Seconds = Field(alias="honk")
 
 
-def test_what_a_new_kind_lacks_is_named(
-    corpus: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One by one, until it is there; a class in the registry is enough to write and check it.
-
-    Its element of XML follows from the class, too.
-    """
+def test_what_a_new_kind_lacks_is_named(corpus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One by one, until it is there; a class in the registry is enough to write and check it."""
     monkeypatch.setitem(GENERAL, "honk", HonkNode)
-    assert list(lacking("honk", corpus, LANGUAGE_PAGES, capsys)) == [BEHAVIOUR, PARAGRAPH, EXAMPLE]
+    assert list(lacking("honk", corpus, LANGUAGE_PAGES)) == [BEHAVIOUR, PARAGRAPH, EXAMPLE]
     monkeypatch.setitem(cast("dict[Any, Any]", BEHAVIOURS), HonkNode, leaves.Wait)
-    assert list(lacking("honk", corpus, LANGUAGE_PAGES, capsys)) == [PARAGRAPH, EXAMPLE]
+    assert list(lacking("honk", corpus, LANGUAGE_PAGES)) == [PARAGRAPH, EXAMPLE]
     page = f"{LANGUAGE_PAGES}\n    honk: 2\n"
-    assert list(lacking("honk", corpus, page, capsys)) == [EXAMPLE]
+    assert list(lacking("honk", corpus, page)) == [EXAMPLE]
     corpus.write_text("mission: m\ntree: {honk: 2}\n", encoding="utf-8")
-    assert list(lacking("honk", corpus, page, capsys)) == []
-    assert '<honk seconds="2"/>' in convert(corpus)
+    assert list(lacking("honk", corpus, page)) == []
     assert build_tree(load(corpus), Scope({}, 0)).name == "honk"
     corpus.write_text("mission: m\ntree: {honk: -1}\n", encoding="utf-8")
     with pytest.raises(InputError, match="expected seconds, 0 or more, got the number -1"):

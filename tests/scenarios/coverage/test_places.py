@@ -4,10 +4,8 @@ import pytest
 
 from bt_mission.scenarios.coverage.places import CoveragePlace, places
 from bt_mission.sessions.load import load
-from tests.support.project import MISSIONS as SHIPPED
-from tests.support.project import ROOT
+from tests.support.project import MISSIONS
 
-MISSIONS = [*SHIPPED, ROOT / "tests/commands/convert/everything.xml"]
 ALWAYS = [
     "succeeded",
     "aborted",
@@ -103,6 +101,6 @@ def test_only_what_can_happen_is_asked_for(tree, name, outcomes, branches):
 
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.name)
 def test_no_two_nodes_stand_in_one_place(path):
-    """So the place in the file can stand for the node; in XML, together with its kind."""
+    """So the place in the file can stand for the node."""
     results = [(document.file, place.key) for document, _, place in places(load(path))]
     assert len(set(results)) == len(results)

@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from tests.support.fuzz import verdict, xml_missions
+from tests.support.fuzz import verdict
 from tests.support.fuzz.finding import Case
 from tests.support.fuzz.large import large
 from tests.support.fuzz.structure import Pool, change, is_node, names_in, slots, supply
@@ -25,10 +25,7 @@ CORPUS = ROOT / "tests/fuzz/corpus"
 COMPANIONS = CORPUS / "beside"
 FOLDERS = (CORPUS, ROOT / "missions", ROOT / "missions/sources", ROOT / "tests/language/broken")
 
-GROOT = ROOT / "tests/commands/convert/everything.xml"
-
 LARGE_SHARE = 1 / 1000
-XML_SHARE = 1 / 10
 LARGEST_START = 20_000
 """Characters of a file of the corpus that is still mutated."""
 
@@ -67,10 +64,9 @@ _PIECES = (
 
 @dataclass(frozen=True)
 class Corpus:
-    """The files that mutations begin with, as they are, in XML, and as data."""
+    """The files that mutations begin with, as they are and as data."""
 
     texts: tuple[str, ...]
-    xml: tuple[str, ...]
     data: tuple[bytes, ...]
     sound: tuple[bytes, ...]
     pool: Pool
@@ -92,7 +88,6 @@ def corpus() -> Corpus:
     sound = [parsed for text in _texts(*FOLDERS[:-1]) if isinstance(parsed := _data(text), dict)]
     return Corpus(
         tuple(texts),
-        xml_missions.texts(FOLDERS[:-1], GROOT),
         tuple(pickle.dumps(mission) for mission in data),
         tuple(pickle.dumps(mission) for mission in sound),
         pool,
@@ -132,8 +127,7 @@ def prepare(folder: Path) -> None:
 
 def samples(known: Corpus) -> Iterator[Case]:
     """Yield what is sound."""
-    for name, texts in (("m.yaml", known.texts), ("m.xml", known.xml)):
-        yield from (Case(name, text.encode()) for text in texts)
+    yield from (Case("m.yaml", text.encode()) for text in known.texts)
 
 
 def case(known: Corpus, seed: int, number: int) -> Case:
@@ -141,16 +135,14 @@ def case(known: Corpus, seed: int, number: int) -> Case:
     rng = Random(f"{seed}/{number}")
     if rng.random() < LARGE_SHARE:
         return Case("m.yaml", large(rng).encode())
-    if rng.random() < XML_SHARE:
-        name, text = "m.xml", xml_missions.mutated(rng, rng.choice(known.xml))
-    elif rng.random() < 0.65:
-        name, text = "m.yaml", _structural(rng, known)
+    if rng.random() < 0.65:
+        text = _structural(rng, known)
         if rng.random() < 0.1:
             text = _textual(rng, text)
     else:
-        name, text = "m.yaml", _textual(rng, rng.choice(known.texts))
+        text = _textual(rng, rng.choice(known.texts))
     contents = text.encode("utf-8", "surrogatepass")
-    return Case(name, _with_bytes(rng, contents) if rng.random() < 0.02 else contents)
+    return Case("m.yaml", with_bytes(rng, contents) if rng.random() < 0.02 else contents)
 
 
 def _structural(rng: Random, samples: Corpus) -> str:
@@ -178,10 +170,26 @@ def _dumped(rng: Random, data: Any) -> str:
 def _textual(rng: Random, text: str) -> str:
     for _ in range(rng.choice((1, 1, 2, 3, 4))):
         if rng.random() < 0.6:
-            text = xml_missions.edited(rng, text, _PIECES, _WORD)
+            text = edited(rng, text, _PIECES, _WORD)
         else:
             text = "\n".join(_with_lines(rng, text.split("\n")))
     return text
+
+
+def edited(rng: Random, text: str, pieces: tuple[str, ...], words: re.Pattern[str]) -> str:
+    """Return a text with a piece more, a part less, a part repeated, or another word."""
+    start = rng.randrange(len(text) + 1)
+    stop = min(len(text), start + rng.randint(0, 30))
+    match rng.randrange(4):
+        case 0:
+            return text[:start] + rng.choice(pieces) + text[start:]
+        case 1:
+            return text[:start] + text[stop:]
+        case 2:
+            return text[:start] + text[start:stop] * rng.choice((2, 3, 50)) + text[stop:]
+    spans = [match.span() for match in words.finditer(text)] or [(start, stop)]
+    (a, b), (c, d) = rng.choice(spans), rng.choice(spans)
+    return text[:a] + rng.choice((text[c:d], rng.choice(pieces))) + text[b:]
 
 
 def _with_lines(rng: Random, lines: list[str]) -> list[str]:
@@ -198,7 +206,8 @@ def _with_lines(rng: Random, lines: list[str]) -> list[str]:
     return lines
 
 
-def _with_bytes(rng: Random, contents: bytes) -> bytes:
+def with_bytes(rng: Random, contents: bytes) -> bytes:
+    """Return contents with some other bytes."""
     spoilt = bytearray(contents)
     for _ in range(rng.randint(1, 4)):
         if spoilt:

@@ -9,16 +9,25 @@ from pathlib import Path
 from typing import Any
 
 from tests.support.fuzz.finding import Case, Verdict
+from tests.support.project import ROOT
 
+OF_COMMANDS = {
+    path.stem.removeprefix("fuzz_"): f"tests.commands.{path.parent.name}.{path.stem}"
+    for path in sorted((ROOT / "tests/commands").glob("*/fuzz_*.py"))
+}
+"""The modules of the targets of commands."""
+
+_OWN = ("recordings", "goals", "controls", "servers", "models")
 MODULES = {
-    "missions": "cases",
-    **{name: name for name in ("recordings", "trees", "goals", "controls", "servers", "models")},
+    "missions": "tests.support.fuzz.cases",
+    **{name: f"tests.support.fuzz.{name}" for name in _OWN},
+    **OF_COMMANDS,
 }
 """The module of each target; they are imported late, since most take ROS."""
 
 SUFFIXES = {
     ".yaml": "missions",
-    ".xml": "missions",
+    ".xml": "trees",
     ".mcap": "recordings",
     ".jsonl": "recordings",
     ".goals": "goals",
@@ -51,11 +60,12 @@ class Target:
 
 def target(name: str) -> Target:
     """Return a target by its name."""
-    declared = import_module(f"tests.support.fuzz.{MODULES[name]}").TARGET
+    declared = import_module(MODULES[name]).TARGET
     assert isinstance(declared, Target)
     return declared
 
 
 def target_of(path: Path) -> str:
     """Return the name of the target that a saved case belongs to."""
-    return SUFFIXES.get(path.suffix, "missions")
+    name = SUFFIXES.get(path.suffix, "missions")
+    return name if name in MODULES else "missions"
