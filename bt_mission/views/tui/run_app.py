@@ -22,6 +22,9 @@ from bt_mission.views.tui.view_app import NOTICE_S
 
 LEAVING_KEYS = ("q", "ctrl+c", "ctrl+q")
 
+SIGNAL_LOOK_S = 0.1
+"""Between two looks for a signal once the mission has ended, s of wall time."""
+
 SHORTEST_REST_S = 0.001
 """Wall time that the screen has between two turns of a mission that does not wait."""
 
@@ -89,11 +92,16 @@ class RunApp(WatchApp, Generic[R]):
         if self.report is None:  # a step has raised an exception, which `run_to_the_end` raises
             self.exit()
             return
-        if self._interrupts.signal:
-            self.exit()  # nobody may be there to leave: the terminal may have been closed
-            return
         self.look()
         self.show_notice("the mission has ended; q exits")
+        self._leave_on_signal()
+
+    def _leave_on_signal(self) -> None:
+        """Exit at a signal, also later: nobody may be there to press q on a closed terminal."""
+        if self._interrupts.signal:
+            self.exit()
+        else:
+            asyncio.get_running_loop().call_later(SIGNAL_LOOK_S, self._leave_on_signal)
 
     @property
     def report(self) -> R | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import signal
 from collections.abc import Generator
 from types import SimpleNamespace
 from typing import Any
@@ -70,6 +71,20 @@ def test_leaving_ends_the_mission_first():
         assert screen.app.report.reason == "user request"  # type: ignore[attr-defined]
 
     assert on_run(play, 1_000_000).interrupts.count == 1
+
+
+def test_a_signal_leaves_a_mission_that_has_ended():
+    """SIGHUP comes when the terminal is closed: nobody can press q."""
+
+    async def play(screen: Screen) -> None:
+        await ended(screen)
+        assert not screen.app._exit
+        with screen.app._interrupts:  # type: ignore[attr-defined]
+            signal.raise_signal(signal.SIGHUP)
+        while not screen.app._exit:
+            await screen.pilot.pause(0.001)
+
+    on_run(play, 5)
 
 
 def test_leaving_twice_leaves_at_once():
