@@ -16,6 +16,7 @@ from bt_mission.commands.prove.liveness import SERVERS, LiveVariables, Names
 from bt_mission.commands.prove.offered import OfferedClients
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.behaviours.cleanup import Finally
+from bt_mission.executive.behaviours.client_leaves import ServiceLeaf
 from bt_mission.executive.behaviours.control import Parallel, Pick, Selector, Sequence
 from bt_mission.executive.behaviours.decorators import Repeat, Retry, Subtree
 from bt_mission.executive.behaviours.evaluator import Evaluator
@@ -68,6 +69,7 @@ class StateKeys:
         self._scope = evaluators[root].scope
         self.finals = [node for node in nodes if isinstance(node, Finally)]
         self._leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
+        self._callers = [node for node in nodes if isinstance(node, ServiceLeaf)]
         self._classes = [node for node in nodes if isinstance(node, AnyBehaviour)]
         self._live = LiveVariables(root, evaluators)
         self._note_tree = noter(root, executive.indices, self._live.read_in_cleanup)
@@ -95,6 +97,7 @@ class StateKeys:
             self.keeps_all and bool(self.lost_goals),
             tuple([server.key(numbers, asked) for server in clients.goal_servers]),
             tuple([service.key(asked) for service in clients.services]),
+            tuple([leaf.answer_s for leaf in self._callers if leaf.status is Status.RUNNING]),
             tuple([topic.key for topic in clients.topics]),
             tuple([publisher.key(asked) for publisher in clients.publishers]),
             tuple([leaf.answer for leaf in self._classes if leaf.status is Status.RUNNING]),
@@ -206,9 +209,12 @@ def attempt_key(leaf: ActionLeaf, numbers: Mapping[int, int]) -> Any:
     if attempt is None or leaf.status is not Status.RUNNING:
         return None
     goal = attempt.goal
+    # A limit that begins later has the value that its variables had at entry.
+    limits = attempt.limits.goal, attempt.limits.silence
     if goal is None:
-        return "waits"
+        return limits
     return (
+        limits,
         numbers.get(id(goal), -1),
         attempt.cause and attempt.cause._value_,
         goal.phase._value_,

@@ -47,7 +47,8 @@ class ServiceLeaf(ClientLeaf):
     """
 
     _client: ServiceClient
-    _answer_s: float
+    answer_s: float
+    """The limit of the wait for an answer, as it was computed at entry, s."""
     _request: Any
     _since_ns: int
     _forget: Callable[[], None] | None = None
@@ -68,7 +69,7 @@ class ServiceLeaf(ClientLeaf):
         """
         with self._values.starting():
             self._request = self._client.prepare(self._values.resolve(self._node.sent))
-        self._answer_s = self._values.number(self._node.timeout, LIMIT)
+        self.answer_s = self._values.number(self._node.timeout, LIMIT)
         self.answers, self._forget = [], None
         self._since_ns = self._runtime.now_ns
 
@@ -77,7 +78,7 @@ class ServiceLeaf(ClientLeaf):
         """The instant at which a wait for the server, or for its answer, is over; else None."""
         if self._forget is not None and self.answers:
             return None
-        limit_s = self._node.server_timeout if self._forget is None else self._answer_s
+        limit_s = self._node.server_timeout if self._forget is None else self.answer_s
         return self._since_ns + math.ceil(limit_s * NS)
 
     def update(self) -> Status:
@@ -93,8 +94,8 @@ class ServiceLeaf(ClientLeaf):
             return self._running("waiting for the server")
         if self.answers:
             return self._read(self.answers[0])
-        if waited_s >= self._answer_s:
-            return self._fail(f"no answer within {self._answer_s:g} s")
+        if waited_s >= self.answer_s:
+            return self._fail(f"no answer within {self.answer_s:g} s")
         return self._running("waiting for the answer")
 
     def terminate(self, new_status: Status) -> None:

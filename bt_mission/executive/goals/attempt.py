@@ -156,6 +156,11 @@ class Attempt:
         return "canceling" if self._cause else "active"
 
     @property
+    def limits(self) -> Limits:
+        """The limits that end it early, as they were computed at its beginning."""
+        return self._limits
+
+    @property
     def why_held(self) -> str:
         """Why the goal is not sent yet, even if there is a server; empty if it need not wait."""
         return "waiting for a clean-up" if self._ledger.is_held else self._awaited

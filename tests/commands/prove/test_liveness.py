@@ -6,6 +6,7 @@ import textwrap
 
 import pytest
 
+from bt_mission.commands.prove.answers import parse_answers
 from bt_mission.commands.prove.proof import ProofOptions, prove
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
@@ -129,6 +130,24 @@ def mission_of(tree: str) -> Mission:
 def test_a_variable_counts_as_long_as_it_may_be_read(where: str) -> None:
     """Both of its values are read, wherever that is."""
     assert prove(mission_of(READ[where]), ProofOptions(faults=1)).never_entered == ()
+
+
+@pytest.mark.parametrize("values", ["0.3, 3", "3, 0.3"])
+def test_a_limit_has_the_value_of_its_variable_at_entry(values: str) -> None:
+    """Although the variable has another one before the limit begins."""
+    tree = f"""
+        sequence:
+          - set: {{x: 'choice({values})'}}
+          - parallel:
+              - {{turn: {{angle: 90}}, timeout: $x, name: slow}}
+              - sequence: [{{set: {{x: 1}}}}, {{wait: 1}}, {{log: late, name: late}}]
+            succeed_when: any
+        """
+    faults = ("reject", "no_server", "abort", "no_answer", "server_lost")
+    usual = parse_answers(",".join(["usual", *(f"*:{fault}" for fault in faults)]))
+    proof = prove(mission_of(tree), ProofOptions(faults=1, answers=usual))
+    assert "'slow' canceled by timeout: not done within 0.3 s" in proof.failures
+    assert proof.never_entered == ()
 
 
 UNREAD = {
