@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import os
+import re
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -112,9 +114,12 @@ def find_program(target: str, file: str) -> FoundProgram:
         scripts = entry_points("console_scripts", where)
         module, _, function = next((each.value for each in scripts), where).partition(":")
         path = _module_file(module, where)
+    code = path.read_bytes()
     try:
-        tree = ast.parse(path.read_bytes(), where)
+        tree = ast.parse(code, where)
     except (SyntaxError, ValueError) as error:
+        if _IMPORTS_ROSPY.search(code):  # with the syntax of Python 2
+            raise _for_ros_1(where) from error
         raise PythonError("BT-215", f"{where} {_why(error)}") from error
     imported = {
         name.partition(".")[0]
@@ -127,9 +132,16 @@ def find_program(target: str, file: str) -> FoundProgram:
         )
     }
     if "rospy" in imported:
-        hint = "port it to rclpy, the library of ROS 2"
-        raise PythonError("BT-215", f"{where} is a program for ROS 1: it imports rospy", hint)
+        raise _for_ros_1(where)
     return FoundProgram(path, arguments, module, function)
+
+
+_IMPORTS_ROSPY = re.compile(rb"^\s*(import|from)\s+rospy\b", re.MULTILINE)
+
+
+def _for_ros_1(where: str) -> PythonError:
+    hint = "port it to rclpy, the library of ROS 2"
+    return PythonError("BT-215", f"{where} is a program for ROS 1: it imports rospy", hint)
 
 
 def called_program(words: Sequence[str]) -> FoundProgram:
@@ -139,8 +151,11 @@ def called_program(words: Sequence[str]) -> FoundProgram:
         PythonError: As :func:`find_program`.
     """
     where, *arguments = words or [""]
-    path = Path(where).resolve()
+    path = Path(os.path.realpath(where))
     is_file = where.endswith(".py")
+    if is_file and not path.is_file():
+        hint = None if Path(where).is_absolute() else f"it is looked for in {Path.cwd()}"
+        raise PythonError("BT-215", f"no such file: {where}", hint)
     return find_program(
         shlex.join([path.name if is_file else where, *arguments]), str(path.parent / "called")
     )

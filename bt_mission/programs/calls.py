@@ -50,7 +50,7 @@ class Wait:
         owner: Returns the call that has to do something to end it, if there is only one.
     """
 
-    __slots__ = ("is_timed", "over", "owner", "what")
+    __slots__ = ("is_timed", "over", "owner", "was_checked", "what")
 
     def __init__(
         self,
@@ -60,6 +60,8 @@ class Wait:
     ) -> None:
         self.what, self.is_timed, self.owner = what, is_timed, owner
         self.over = Over()
+        self.was_checked = False
+        """Whether nothing that waited when it began waits for its call."""
 
     def run_out(self) -> None:
         """Note that its time is over."""
@@ -141,6 +143,8 @@ class Program:
         self.life = host.new_life()
         self.handlers: dict[int, Any] = {}
         """Its handlers of signals, by number."""
+        self.wakeup_file = -1
+        """Where the number of a signal is written, such as to a loop of ``asyncio``."""
         self.ends_with_signal = False
         """Whether rclpy shuts its contexts down at a signal."""
         self.was_interrupted = False

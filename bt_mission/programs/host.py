@@ -21,6 +21,7 @@ from rclpy.task import Future, Task
 from bt_mission.base.stamps import NS
 from bt_mission.programs import replaced, signals
 from bt_mission.programs.calls import Call, Life, Over, Program, Wait, current_call
+from bt_mission.programs.events import call_event_callbacks
 from bt_mission.programs.executors import (
     ENDLESS,
     FreeExecutor,
@@ -536,6 +537,7 @@ class ProgramHost:
     def compare_qos(self, nodes: Sequence[Node]) -> None:
         """Say which publishers and subscriptions of programs do not match, since some are new."""
         self.remarks.compare_qos(nodes, self._programs)
+        call_event_callbacks(self.clock, self._programs, self.remarks.say)
 
     def take_advanced(self) -> bool:
         """Return once whether code of programs has run."""

@@ -6,7 +6,7 @@ import ctypes
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
-from typing import Any, ClassVar
+from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.impl import rcutils_logger
@@ -49,10 +49,10 @@ class _PresentClock(Clock):
         return Time(nanoseconds=_LONG_AGO_NS + now_ns, clock_type=self.clock_type)
 
 
-class Throttle(rcutils_logger.Throttle):  # type: ignore[misc]  # untyped
+class Throttle(rcutils_logger.Throttle):
     """``throttle_duration_sec`` of the log."""
 
-    params: ClassVar[dict[str, Any]] = {**rcutils_logger.Throttle.params, _CLOCK: _PresentClock()}
+    params = {**rcutils_logger.Throttle.params, _CLOCK: _PresentClock()}  # noqa: RUF012 - of rclpy
 
 
 FILTERS = {**rcutils_logger.supported_filters, "throttle": Throttle}
@@ -60,11 +60,39 @@ FILTERS = {**rcutils_logger.supported_filters, "throttle": Throttle}
 
 
 class RclpyOfLogs:
-    """rclpy's compiled module, as the loggers of ``rclpy`` see it."""
+    """rclpy's compiled module, as the loggers of ``rclpy`` see it.
+
+    The levels of loggers are those of the process: each whole program has its own.
+    """
 
     def __getattr__(self, name: str) -> Any:
         """Return the rest as it is."""
         return getattr(_rclpy, name)
+
+    def rclpy_logging_set_logger_level(self, name: str, level: Any, *options: Any) -> None:
+        """Set the level of a logger and of those below it; 0 takes it back."""
+        levels = _levels()
+        if levels is None:
+            _rclpy.rclpy_logging_set_logger_level(name, level, *options)
+        else:
+            levels[name] = int(level)
+
+    def rclpy_logging_get_logger_effective_level(self, name: str) -> Any:
+        """Return the level of a logger, or of the nearest above it that has one."""
+        levels = _levels()
+        real = _rclpy.rclpy_logging_get_logger_effective_level(name)
+        if levels is None:
+            return real
+        above = name
+        while above:
+            if levels.get(above):
+                return levels[above]
+            above = above.rpartition(".")[0]
+        return levels.get("") or real
+
+    def rclpy_logging_logger_is_enabled_for(self, name: str, level: Any) -> bool:
+        """Return whether a logger logs lines of a level."""
+        return int(level) >= int(self.rclpy_logging_get_logger_effective_level(name))
 
     def rclpy_logging_rcutils_log(
         self, level: Any, name: str, text: str, function: str, file: str, line: int
@@ -72,12 +100,31 @@ class RclpyOfLogs:
         """Log a line. One of a program is printed as the others of it, not by ROS."""
         call = current_call()
         output = None if call is None else getattr(call.program, "output", None)
-        log = partial(_rclpy.rclpy_logging_rcutils_log, level, name, text, function, file, line)
+        real: Callable[..., None] = _rclpy.rclpy_logging_rcutils_log
+        log = partial(real, level, name, text, function, file, line)
         if output is None or owner_of(file) == "ours":
             log()
             return
-        _without_terminal(log)
+        _without_terminal(partial(_at_level, level, name, log))
         output.write(f"[{LoggingSeverity(level).name}] [{name}]: {text}\n")
+
+
+def _levels() -> dict[str, int] | None:
+    """Return the levels of the loggers of the program whose code runs; None without one."""
+    call = current_call()
+    return None if call is None else getattr(call.program, "log_levels", None)
+
+
+def _at_level(level: Any, name: str, log: Callable[[], None]) -> None:
+    """Log a line also where the process would not."""
+    if _rclpy.rclpy_logging_logger_is_enabled_for(name, level):
+        log()
+        return
+    _rclpy.rclpy_logging_set_logger_level(name, level)
+    try:
+        log()
+    finally:
+        _rclpy.rclpy_logging_set_logger_level(name, LoggingSeverity.UNSET)
 
 
 def _without_terminal(log: Callable[[], None]) -> None:

@@ -10,6 +10,7 @@ from concurrent.futures.thread import _worker  # what its threads run
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from itertools import pairwise
 from pathlib import Path
 from traceback import StackSummary, TracebackException
 from types import ModuleType
@@ -17,6 +18,7 @@ from typing import Any
 
 from rclpy.context import Context
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from typing_extensions import override
 
@@ -234,6 +236,8 @@ class MainProgram(Program):
         self.exit_code: int | None = None
         """None while it runs."""
         self.ros_args: list[str] = []
+        self.log_levels: dict[str, int] = {}
+        """Of its loggers, by name; that of the empty name is for all others."""
         self.threads: list[Any] = []
         """Those that its end waits for."""
         self.at_exit: list[Callable[[], Any]] = []
@@ -264,6 +268,10 @@ class MainProgram(Program):
                 self.ros_args.append(word)
         if self.ros_args:
             self.ros_args.insert(0, "--ros-args")
+        for word, value in pairwise(self.ros_args):
+            name, _, level = value.rpartition(":=")
+            if word == "--log-level" and level.upper() in LoggingSeverity.__members__:
+                self.log_levels[name] = LoggingSeverity[level.upper()].value
 
     @override
     def serving(self) -> Any:

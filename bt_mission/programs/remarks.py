@@ -89,7 +89,7 @@ class Remarks:
             since_ns = self._starved_ns.setdefault(id(entity), now_ns)
             if since_ns >= 0 and now_ns - since_ns >= LOOPED_NS and entity.topic_name not in QUIET:
                 self._starved_ns[id(entity)] = -1
-                self._say(
+                self.say(
                     node,
                     f"messages of {entity.topic_name} have waited {LOOPED_NS / NS:g} s: "
                     f"{_why(holders, 'subscription' if by_group else '')} [{LATE}]",
@@ -123,7 +123,7 @@ class Remarks:
         self._starved_ns.pop(id(entity), None)
         for call in waiting:
             if call.entity is not entity:
-                self._say(
+                self.say(
                     node,
                     f"{what_of(call)} while other callbacks of its node run; under rclpy.spin, "
                     "they would wait",
@@ -136,7 +136,7 @@ class Remarks:
             text = (
                 f"{holder} sleeps on ROS time in the only thread of its executor; with use_sim_time"
             )
-            self._say(node, f"{text}, it would hang on a robot, since nothing takes /clock")
+            self.say(node, f"{text}, it would hang on a robot, since nothing takes /clock")
 
     def loop(self, call: Call, looped_ns: int) -> None:
         """Say that a call has looped for a while, where nothing can end its loop."""
@@ -144,7 +144,7 @@ class Remarks:
         if looped_ns < LOOPED_NS or spin is None or spin.executor.free() is not None:
             return
         holder = callback_in(sys._getframe())
-        self._say(
+        self.say(
             call.node or spin.executor.get_nodes()[0],
             f"{holder} loops without waiting in the only thread of its executor; on a robot "
             "nothing else of its program runs: use a timer, or a MultiThreadedExecutor",
@@ -164,13 +164,14 @@ class Remarks:
                         verdict, why = qos_check_compatible(publisher.qos_profile, wanted)
                         if verdict == QoSCompatibility.ERROR:
                             why = why.removeprefix("ERROR: ").rstrip(";").lower()
-                            self._say(
+                            self.say(
                                 receiver if receiver in own else sender,
                                 f"{receiver.get_name()} gets no messages of {topic} from "
                                 f"{sender.get_name()}: incompatible QoS, {why}",
                             )
 
-    def _say(self, node: Node, text: str) -> None:
+    def say(self, node: Node, text: str) -> None:
+        """Log a line of a node once."""
         line = (node.get_fully_qualified_name(), text)
         if line not in self._lines:
             self._lines.add(line)

@@ -26,6 +26,7 @@ import rclpy.clock
 import rclpy.context
 import rclpy.executors
 import rclpy.impl.rcutils_logger
+import rclpy.logging
 import rclpy.node
 import rclpy.wait_for_message
 from rclpy import utilities
@@ -163,6 +164,7 @@ REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
         rclpy.impl.rcutils_logger,
         {"_rclpy": logs.RclpyOfLogs(), "supported_filters": logs.FILTERS},
     ),
+    (rclpy.logging, {"_rclpy": logs.RclpyOfLogs()}),
     (atexit, {"register": _at_exit}),
     (
         rclpy.executors,

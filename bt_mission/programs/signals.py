@@ -15,8 +15,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.programs.calls import Call, Program, current_call
 
-_real_exit, _real_fork = os._exit, os.fork
+_real_exit = os._exit
 _real_signal, _real_getsignal = signal.signal, signal.getsignal
+_real_set_wakeup_fd = signal.set_wakeup_fd
 _real_breakpoint = sys.breakpointhook
 _real_install: Any = rclpy.install_signal_handlers
 _real_uninstall: Any = rclpy.uninstall_signal_handlers
@@ -45,6 +46,14 @@ def handler_of(program: Program, number: int) -> Any:
 def _get_handler(number: int) -> Any:
     call = current_call()
     return _real_getsignal(number) if call is None else handler_of(call.program, number)
+
+
+def _set_wakeup_fd(file: int, *, warn_on_full_buffer: bool = True) -> int:
+    call = current_call()
+    if call is None:
+        return _real_set_wakeup_fd(file, warn_on_full_buffer=warn_on_full_buffer)
+    former, call.program.wakeup_file = call.program.wakeup_file, file
+    return former
 
 
 def _install(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
@@ -82,13 +91,22 @@ def _leave(status: int) -> Any:
     call.program.host.leave(call, status)
 
 
-def _fork() -> int:
-    if current_call() is None:
-        return _real_fork()
-    raise OSError(
-        "a program on the virtual clock cannot fork, since its copy would have no clock: start a "
-        "thread, or another program with subprocess [BT-215]"
-    )
+def _refused(real: Callable[..., Any], what: str) -> Callable[..., Any]:
+    """Return a function that refuses what would be of the whole process, in programs."""
+
+    def refuse(*args: Any) -> Any:
+        if current_call() is None:
+            return real(*args)
+        raise OSError(
+            f"a program on the virtual clock cannot {what}: start a thread, or another program "
+            "with subprocess [BT-215]"
+        )
+
+    return refuse
+
+
+_COPY = "fork, since its copy would have no clock"
+_REPLACE = "replace its process, in which others run"
 
 
 def action_of(program: Program, call: Call, number: int) -> Callable[[], Any] | None:
@@ -98,13 +116,31 @@ def action_of(program: Program, call: Call, number: int) -> Callable[[], Any] | 
         return None
     if handler == signal.SIG_DFL or handler is None:
         return partial(sys.exit, 128 + number)
-    return lambda: handler(number, call.gr_frame)
+
+    def handle() -> Any:
+        if program.wakeup_file >= 0:  # a loop of asyncio reads the number
+            os.write(program.wakeup_file, bytes([number]))
+        return handler(number, call.gr_frame)
+
+    return handle
 
 
 REPLACED: tuple[tuple[Any, dict[str, Any]], ...] = (
-    (signal, {"signal": _set_handler, "getsignal": _get_handler}),
+    (
+        signal,
+        {"signal": _set_handler, "getsignal": _get_handler, "set_wakeup_fd": _set_wakeup_fd},
+    ),
     (sys, {"breakpointhook": _break}),
-    (os, {"_exit": _leave, "fork": _fork}),
+    (
+        os,
+        {
+            "_exit": _leave,
+            "fork": _refused(os.fork, _COPY),
+            "forkpty": _refused(os.forkpty, _COPY),
+            "execv": _refused(os.execv, _REPLACE),
+            "execve": _refused(os.execve, _REPLACE),
+        },
+    ),
 )
 """Functions of modules, and what a program finds in their place."""
 

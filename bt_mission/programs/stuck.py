@@ -51,6 +51,10 @@ def find_stuck(
         if call.wait is not None and not call.wait.over.is_over and call not in known
     ]
     for call in waiting:
+        assert call.wait is not None, "it waits"
+        if call.wait.was_checked:
+            continue  # whatever closes a circle begins to wait later
+        call.wait.was_checked = True
         if (chain := _circle(holders_of, call)) is not None:
             known.update(chain)
             raise DeadlockError(_text(chain, ""))
@@ -133,6 +137,8 @@ def _is_stuck(
     if any(call.wait is None or call.wait.is_timed for call in waiting):
         return False
     program = waiting[0].program
+    if program.handlers and any(call.life is program.life for call in waiting):
+        return False  # a signal continues its main thread
     if any(call.program is program and call not in waiting for call in calls):
         return False
     return all(executor.free() is None for executor in executors)

@@ -191,12 +191,14 @@ def test_code_that_holds_the_clock_is_named(cli: CommandLine, tmp_path: Path) ->
         ("''", f"{EXPECTED} ''"),
         ("none.none", f"{EXPECTED} 'none.none'"),
         ("mine.yaml", f"{EXPECTED} 'mine.yaml'"),
-        ("absent.py", "no such file: absent.py"),
+        ("absent.py", "no such file: absent.py; it is looked for in /"),
+        ("self.py", "no such file: self.py; it is looked for in /"),
         ('"\\""', "the arguments cannot be read: No closing quotation"),
     ],
 )
 def test_what_is_no_program_is_refused(cli: CommandLine, word: str, message: str) -> None:
     """With what it is."""
+    (cli.folder / "self.py").symlink_to("self.py")
     cli(f"play {word}", 2)
     assert cli.err.startswith(message)
     assert cli.err.endswith("[BT-215]\n")
@@ -240,7 +242,7 @@ def test_no_time_passes_at_a_breakpoint(
 def test_what_cannot_be_played_is_refused(cli: CommandLine, tmp_path: Path) -> None:
     """With what is wrong; a program that fails ends with its code."""
     cli(f"play {tmp_path}/none.py", 2)
-    assert "no such file: none.py" in cli.err
+    assert "none.py [BT-215]" in cli.err
     failing = tmp_path / "fails.py"
     failing.write_text("import rclpy, sys\nrclpy.init()\nsys.exit('no map')\n", encoding="utf-8")
     out = cli(f"play {failing}", 1)

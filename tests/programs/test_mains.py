@@ -244,6 +244,11 @@ ENDS = [
     ),
     ("import os, rclpy\nrclpy.init()\nos.fork()\n", 1, ["OSError", "cannot fork", "subprocess"]),
     (
+        "import os, sys, rclpy\nrclpy.init()\nos.execlp(sys.executable, 'a')\n",
+        1,
+        ["OSError", "cannot replace its process", "subprocess"],
+    ),
+    (
         (
             f"{NODE}node.create_timer(1.0, lambda: exec('raise KeyboardInterrupt'))\n"
             "try:\n    rclpy.spin(node)\nexcept KeyboardInterrupt:\n    print('caught')\n"
@@ -286,6 +291,24 @@ ENDS = [
 
 
 EXACT = [
+    # Events of its endpoints, also before it spins.
+    (
+        (
+            f"{NODE}from std_msgs.msg import Empty\n"
+            "from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks\n"
+            "from rclpy.qos import qos_policy_name_from_kind, qos_profile_sensor_data\n"
+            "def differs(info):\n"
+            "    print(info.total_count, qos_policy_name_from_kind(info.last_policy_kind))\n"
+            "def matched(info):\n    print('matched', info.current_count)\n"
+            "node.create_subscription(Empty, 'e', print, 10, "
+            "event_callbacks=SubscriptionEventCallbacks(incompatible_qos=differs))\n"
+            "node.create_publisher(Empty, 'e', qos_profile_sensor_data)\n"
+            "node.create_publisher(Empty, 'e', 10, "
+            "event_callbacks=PublisherEventCallbacks(matched=matched))\n"
+            "rclpy.spin_once(node, timeout_sec=0.5)\nrclpy.spin_once(node, timeout_sec=0.5)\n"
+        ),
+        [(0.0, "1 RELIABILITY"), (0.0, "matched 1")],
+    ),
     # Throttled lines of the log have their time, and the first one is shown.
     (
         (
@@ -385,6 +408,7 @@ EXACT = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:There is no current event loop:DeprecationWarning")  # of 3.12
 @pytest.mark.parametrize(("code", "lines"), EXACT)
 def test_a_program_does_the_same_as_on_a_robot(run: Any, code: str, lines: Any) -> None:
     """In the same order, at the same times."""
@@ -467,6 +491,40 @@ def test_a_program_ends_as_a_process_does(run: Any, code: str, exit_code: int, l
     assert [line for line in lines if line not in text] == [], text
     code_, printed = run("import rclpy\nrclpy.init()\nprint('after')\n")
     assert (code_, [line for _, line in printed]) == (0, ["after"]), "the clock is usable"
+
+
+LEVELS = [
+    ("", ["INFO n", "INFO n.sub", "DEBUG n"]),
+    ("--ros-args --log-level error", ["DEBUG n"]),
+    (
+        "--ros-args --log-level debug",
+        ["DEBUG n", "INFO n", "DEBUG n.sub", "INFO n.sub", "DEBUG n"],
+    ),
+    (
+        "--ros-args --log-level warn --log-level n.sub:=Debug",
+        ["DEBUG n.sub", "INFO n.sub", "DEBUG n"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("words", "lines"), LEVELS)
+def test_each_program_has_its_own_log_levels(run: Any, words: str, lines: list[str]) -> None:
+    """Those of its arguments, and those that it sets; not those of the process."""
+    code = (
+        f"{NODE}log = node.get_logger()\n"
+        "for each in (log, log.get_child('sub')):\n    each.debug('')\n    each.info('')\n"
+        "log.set_level(rclpy.logging.LoggingSeverity.DEBUG)\nlog.debug('')\n"
+    )
+    expected = ["[{}] [{}]: ".format(*line.split()) for line in lines]
+    for _ in range(2):
+        assert run(code, *words.split()) == (0, [(0.0, line) for line in expected])
+
+
+def test_an_unknown_log_level_is_refused(run: Any) -> None:
+    """As by rclpy, with the argument."""
+    code, printed = run(NODE, "--ros-args", "--log-level", "loud")
+    assert code == 1
+    assert "--log-level loud" in "\n".join(line for _, line in printed)
 
 
 def test_each_program_has_its_own_process(run: Any) -> None:
@@ -554,6 +612,7 @@ def test_a_mission_runs_with_a_program(tmp_path: Path, capsys: Any) -> None:
     [
         ("none.py", "", "no such file: none.py"),
         ("server.py", "import rospy\n", "server.py is a program for ROS 1: it imports rospy"),
+        ("server.py", "import rospy\nprint 'a'\n", "is a program for ROS 1: it imports rospy"),
         ("server.py", "def main(:\n", "server.py cannot be imported: SyntaxError"),
         ("server.py 'x", "", "the arguments cannot be read: No closing quotation"),
         ({"program": "server.py", "argument": 1}, "", "unknown key 'argument' .*arguments"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from coverage import Coverage
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.scenarios.faults.errors import ScenarioError
@@ -56,6 +57,26 @@ def test_a_program_may_end_at_its_start(stage: Stages, tmp_path: Path) -> None:
     ended = stage.program(program)
     assert (ended.until_done(), ended.text) == (0, "end\n")
     assert list(ended.run.untested) == []
+
+
+def test_the_lines_of_a_program_are_covered(stage: Stages, tmp_path: Path) -> None:
+    """Also those that follow a wait, in callbacks and threads, as pytest-cov counts them."""
+    program = tmp_path / "waits.py"
+    program.write_text(
+        "import threading, time, rclpy\nrclpy.init()\nnode = rclpy.create_node('n')\n"
+        "def work():\n    time.sleep(0.5)\n    print('thread')\n"
+        "def tick():\n    timer.cancel()\n    time.sleep(1)\n    rclpy.shutdown()\n"
+        "thread = threading.Thread(target=work)\nthread.start()\n"
+        "timer = node.create_timer(0.1, tick)\nrclpy.spin(node)\n"
+        "if rclpy.ok():\n    print('never')\nprint('end')\n",
+        encoding="utf-8",
+    )
+    coverage = Coverage(
+        data_file=None, config_file=False, concurrency="greenlet", include=[str(program)]
+    )
+    with coverage.collect():
+        assert stage.program(program).until_done() == 0
+    assert coverage.analysis2(str(program))[3] == [16]
 
 
 def test_copies_of_a_program_have_their_own_goals(stage: Stages) -> None:
@@ -116,6 +137,16 @@ ENDS = {
             "print('stopped', done[0] - 1, time.time() - 1, rclpy.ok())\n"
         ),
         (0, "stopped 1.0 1.5 True"),
+    ),
+    "has a handler of its loop": (
+        (
+            "import asyncio, signal, rclpy\nrclpy.init()\n"
+            "async def main():\n    loop, event = asyncio.get_running_loop(), asyncio.Event()\n"
+            "    loop.add_signal_handler(signal.SIGINT, event.set)\n"
+            "    await event.wait()\n    await asyncio.sleep(0.5)\n    print('stopped')\n"
+            "asyncio.run(main())\n"
+        ),
+        (0, "stopped"),
     ),
     "ignores it": (
         (
