@@ -76,7 +76,7 @@ class _Process:
         self._terminal, inside = pty.openpty()
         self._process = subprocess.Popen(  # noqa: S603 - our own programs
             [sys.executable, PROGRAMS / file, *options],
-            env={**os.environ, **environment},
+            env={**os.environ, "PYTHON_COLORS": "0", **environment},  # 3.13 colours tracebacks
             cwd=folder,
             stdout=inside,
             stderr=inside,
