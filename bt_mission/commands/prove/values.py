@@ -146,10 +146,9 @@ class ValueCases:
         if key not in self._cached:
             values, notes = self._draw_cases([] if node is None else self._uses.drawing(node))
             self._cached[key] = tuple(values), dict.fromkeys(notes)
-        found, sampled = self._cached[key]
-        self.sampled |= sampled
-        drawn: tuple[float, ...] = found
-        return drawn
+        self.sampled |= self._cached[key][1]
+        numbers: tuple[float, ...] = self._cached[key][0]
+        return numbers
 
     def of_outputs(
         self, outputs: Mapping[str, str], message: Any, without: Iterable[str] = ()
