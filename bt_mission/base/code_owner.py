@@ -24,6 +24,14 @@ _MESSAGES = ("msg", "srv", "action")
 """The folders of generated classes, which rclpy calls, too."""
 
 
+_HERE = Path(__file__).resolve().parents[2]
+
+
+def is_ours(file: str) -> bool:
+    """Return whether a file is one of this project, also a module that calls callbacks."""
+    return any(Path(file).is_relative_to(_HERE / name) for name in _OURS)
+
+
 @lru_cache(maxsize=4096)
 def owner_of(file: str) -> str:
     """Return whose code a file is: caller, ours, debugger, library, package, or user."""
@@ -31,9 +39,8 @@ def owner_of(file: str) -> str:
         return "library"
     if file.endswith(_CALLERS):
         return "caller"
-    here = Path(__file__).resolve().parents[2]
     path = Path(file)
-    if any(path.is_relative_to(here / name) for name in _OURS):
+    if is_ours(file):
         return "ours"
     if "site-packages" in path.parts or "dist-packages" in path.parts:
         return "library" if path.parent.name in _MESSAGES else "package"

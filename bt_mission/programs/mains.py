@@ -23,7 +23,7 @@ from rclpy.node import Node
 from typing_extensions import override
 
 from bt_mission.base import user_loops
-from bt_mission.base.code_owner import owner_of
+from bt_mission.base.code_owner import is_ours, owner_of
 from bt_mission.programs.calls import Call, Host, Program, StandIn, current_call
 from bt_mission.programs.executors import SingleThreadedExecutor
 from bt_mission.programs.threads import LoopLocal
@@ -394,7 +394,7 @@ class MainProgram(Program):
         assert shown is not None
         text = shown
         while shown is not None:
-            own = [frame for frame in shown.stack if owner_of(frame.filename) != "ours"]
+            own = [frame for frame in shown.stack if not is_ours(frame.filename)]
             while own and own[0].filename != str(self.file):  # what runs the file
                 del own[0]
             shown.stack = StackSummary.from_list(own)

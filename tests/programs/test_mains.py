@@ -489,6 +489,7 @@ def test_a_program_ends_as_a_process_does(run: Any, code: str, exit_code: int, l
     assert code_ == exit_code
     text = "\n".join(line for _, line in printed)
     assert [line for line in lines if line not in text] == [], text
+    assert "/bt_mission/" not in text, "a traceback has no frames of ours"
     code_, printed = run("import rclpy\nrclpy.init()\nprint('after')\n")
     assert (code_, [line for _, line in printed]) == (0, ["after"]), "the clock is usable"
 
