@@ -34,6 +34,7 @@ GROUPS: Mapping[int, str] = {
     9: "Runs and ROS",
     10: "Recordings",
     11: "Command line",
+    12: "XML of BehaviorTree.CPP",
 }
 """The kinds of mistake, by the hundreds of their codes; commands bring more."""
 
