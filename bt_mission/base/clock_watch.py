@@ -24,11 +24,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise, repeat
 from pathlib import Path
 from queue import SimpleQueue
 from types import FrameType, TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from bt_mission.base.code_owner import owner_of
 from bt_mission.base.errors import BtMissionError, described
@@ -99,21 +99,20 @@ class Holder:
 # ---- whose code a stack shows -----------------------------------------------------------------
 
 
-def callback_in(frame: FrameType | None) -> Holder | None:
+def callback_in(innermost: FrameType | None) -> Holder | None:
     """Return the callback of a user that a stack shows, and where it is; None without one.
 
     It is the outermost code of users that we have called, or that a module for callbacks has. A
     stack within a debugger shows none: a person holds the clock.
     """
-    stack: list[FrameType | None] = []
-    while frame is not None:  # quickly: while it is read, the thread may go on
-        stack.append(frame)
-        frame = frame.f_back
-    stack.append(None)
+    stack: list[Any] = []
+    # One call of compiled code, so that the thread whose stack it is does not run meanwhile:
+    # CPython 3.11 has crashed where frames were asked for one by one.
+    with suppress(AttributeError):  # of None, after the outermost
+        stack.extend(accumulate(repeat("f_back"), getattr, initial=innermost))
     inner: list[FrameType] = []
     callback: list[FrameType] = []
     for frame, outer in pairwise(stack):
-        assert frame is not None, "only the last is"
         owner = owner_of(frame.f_code.co_filename)
         if owner == "debugger":
             return None
@@ -309,7 +308,7 @@ class ClockWatch:
         progress, before = self._progress(), self._last_progress
         self._last_progress = progress
         holder = None
-        if progress == before:  # a stack that changes while it is read has crashed CPython 3.11
+        if progress == before:
             with suppress(AttributeError):  # it has changed all the same: no frame, the next look
                 holder = callback_in(sys._current_frames().get(self._thread))  # noqa: SLF001
         elapsed_s, self._since_look = self._since_look.elapsed_s, Stopwatch()
