@@ -12,6 +12,8 @@ from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import load
 
 BAD = "{when: x > 1, do: {log: high, name: high}, else: {log: low, name: low}}"
+EACH = "{when: x == 2, do: {log: high, name: high}}, {when: x == 1, do: {log: low, name: low}}"
+"""Where `x` has another value before."""
 DRAW = "{set: {x: 'choice(1, 2)'}}"
 PART = """\
 trees:
@@ -48,6 +50,11 @@ READ = {
           - {DRAW}
           - fallback: [{{timeout: 0.2, do: {{wait: 1}}}}, {BAD}]
         """,
+    "behind a timeout of what succeeds": f"""
+        sequence:
+          - {DRAW}
+          - fallback: [{{timeout: 0.2, do: {{force: success, do: {{wait: 1}}}}}}, {BAD}]
+        """,
     "in a guard": """
         fallback:
           - guard: x < 2
@@ -69,7 +76,7 @@ READ = {
         """,
     "in the next round": f"""
         repeat: {{count: 2}}
-        do: {{sequence: [{BAD}, {DRAW}, {{wait: 0.2}}]}}
+        do: {{sequence: [{EACH}, {DRAW}, {{wait: 0.2}}]}}
         """,
     "by the end of a loop": """
         sequence:
@@ -79,7 +86,7 @@ READ = {
         """,
     "in the next attempt": f"""
         retry: {{attempts: 2, pause: 0.3}}
-        do: {{sequence: [{BAD}, {DRAW}, {{wait: 0.2}}, {{check: false}}]}}
+        do: {{sequence: [{EACH}, {DRAW}, {{wait: 0.2}}, {{check: false}}]}}
         """,
     "beside it": f"""
         parallel:
@@ -87,12 +94,12 @@ READ = {
           - sequence: [{{wait: 0.1}}, {BAD}]
         """,
     "in every tick": f"""
-        sequence: [{BAD}, {{sequence: [{DRAW}, {{wait: 0.2}}]}}]
+        sequence: [{EACH}, {{sequence: [{DRAW}, {{wait: 0.2}}]}}]
         memory: false
         """,
     "for each element": f"""
         for_each: {{y: [1, 2]}}
-        do: {{sequence: [{BAD}, {DRAW}, {{wait: 0.2}}]}}
+        do: {{sequence: [{EACH}, {DRAW}, {{wait: 0.2}}]}}
         """,
     "by a named tree": f"""
         sequence: [{DRAW}, {{tree: {{name: part, inputs: {{given: $x}}}}}}]

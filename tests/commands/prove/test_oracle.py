@@ -155,7 +155,7 @@ def test_random_runs_show_what_seldom_happens(faults: int, shown: str, text: str
     assert any(shown in dict(shown_by(world)) for world in runs if not world.void)
 
 
-@pytest.mark.parametrize("seed", sample(range(200), every=20))
+@pytest.mark.parametrize("seed", sample(range(200), every=21))
 def test_no_random_run_breaks_what_is_proved(seed: int) -> None:
     """Of a random mission, with at most two faults."""
     _, text, mission = random_mission(seed)

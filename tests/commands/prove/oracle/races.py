@@ -235,6 +235,86 @@ def _cleaned(draw: Random) -> Data:
     }
 
 
+def _compared(draw: Random) -> Data:
+    """A result is compared, computed with and passed on, with numbers that are drawn."""
+    scale = draw.choice((0.1, 1, 10, 100))
+    low, high = sorted(round(scale * draw.uniform(0.1, 1), 3) for _ in range(2))
+    conditions = (
+        f"gap > {low} and gap < {high}",
+        f"gap == {low}",
+        f"gap > {low} and gap <= {low}",
+        f"gap >= {high} and gap < {high + 0.01:g}",
+        f"gap * gap > {high * high:g} and gap < {high}",
+        f"abs(gap) < {low} and gap < 0",
+        f"gap > 0 and 1 / gap > {10 * high:g}",
+        f"{high} * gap > {low} and gap < {low}",
+        f"min(gap, {high}) > {low} and gap != {high}",
+        f"sqrt(abs(gap)) > {low} and gap < {high}",
+    )
+    passed = {"set": {"near": f"gap - {low}", "much": f"near * {high}"}, "name": "n"}
+    between = f"much > {low} and much < {low + draw.choice((0.1, 1.0)):g}"
+    rest: list[Data] = [
+        {
+            "when": draw.choice(conditions),
+            "do": {"log": "x", "name": f"x{index}"},
+            "name": f"h{index}",
+        }
+        for index in range(2)
+    ]
+    if draw.random() < 0.4:
+        rest += [passed, {"when": between, "do": {"log": "y", "name": "y"}, "name": "k"}]
+    if draw.random() < 0.2:
+        rest.append({"wait": draw.choice(("gap", f"gap - {low}")), "name": "w"})
+    forward: Data = {
+        "explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5},
+        "timeout": _time(draw, 1, 4),
+        "outputs": {"closest_obstacle": "gap"},
+        "name": "a",
+    }
+    return {
+        "tree": {"sequence": [forward, *rest]},
+        "requirements": {
+            "r0": 'never running("x0")',
+            "r1": 'never running("x1")',
+            "r2": f"never $gap > {low} and $gap < {high}",
+            "r3": f"never $gap < -{high}",
+        },
+    }
+
+
+def _heard(draw: Random) -> Data:
+    """A topic is followed and awaited: several messages come between two ticks, or none."""
+    low, high = sorted(round(draw.uniform(5, 95), 1) for _ in range(2))
+    follow: Data = {**BATTERY, "field": "percentage", "as": "charge"}
+    if draw.random() < 0.7:
+        follow["initial"] = round(draw.uniform(0, 100), 1)
+    if draw.random() < 0.6:
+        follow |= {"timeout": _time(draw, 0.3, 1), "default": round(draw.uniform(0, 100), 1)}
+    awaited = {
+        "wait_for": {**BATTERY, "until": f"percentage < {low}"},
+        "timeout": _time(draw, 0.3, 2),
+        "outputs": {"percentage": "left", "voltage": "volts"},
+        "name": "a",
+    }
+    forms = (
+        {"when": f"charge > {high}", "do": {"log": "x", "name": "x"}, "name": "h"},
+        {"when": f"charge > {high} and left < {low}", "do": {"log": "y", "name": "y"}, "name": "k"},
+        {"when": f"volts > {low} and volts < {high}", "do": {"log": "z", "name": "z"}, "name": "l"},
+    )
+    rest = draw.sample(forms, 2)
+    if draw.random() < 0.5:
+        rest.insert(draw.choice((0, 1)), _wait(draw, "w", 0.6))
+    return {
+        "follow": [follow],
+        "tree": {"sequence": [awaited, *rest]},
+        "requirements": {
+            "r0": f"never $charge > {high}",
+            "r1": f"never $charge > {high} and $left < {low}",
+            "r2": f'whenever succeeded("a"): $charge < {high}',
+        },
+    }
+
+
 FORMS: tuple[Callable[[Random], Data], ...] = (
     _halted,
     _guarded,
@@ -245,4 +325,6 @@ FORMS: tuple[Callable[[Random], Data], ...] = (
     _watched,
     _chosen,
     _cleaned,
+    _compared,
+    _heard,
 )
