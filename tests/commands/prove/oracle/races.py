@@ -282,7 +282,7 @@ def _compared(draw: Random) -> Data:
     }
 
 
-def _heard(draw: Random) -> Data:
+def _several(draw: Random) -> Data:
     """A topic is followed and awaited: several messages come between two ticks, or none."""
     low, high = sorted(round(draw.uniform(5, 95), 1) for _ in range(2))
     follow: Data = {**BATTERY, "field": "percentage", "as": "charge"}
@@ -326,5 +326,5 @@ FORMS: tuple[Callable[[Random], Data], ...] = (
     _chosen,
     _cleaned,
     _compared,
-    _heard,
+    _several,
 )
