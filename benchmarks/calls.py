@@ -18,7 +18,7 @@ from measuring import arguments, figure, table
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.speech import Speech
+from bt_mission.views.terminal.speech import LogLineView
 
 STEPS_PER_S = 20
 OURS = ("bt_mission", "action_servers", "sim")
@@ -37,7 +37,7 @@ def calls_in(duration_s: int) -> Counter[Function]:
     ):
         gc.disable()  # finalizers would come at other steps
         profiler.enable()
-        drive(stage, [Speech()])
+        drive(stage, [LogLineView()])
         profiler.disable()
         gc.enable()
     stats = pstats.Stats(profiler).stats  # type: ignore[attr-defined]

@@ -25,7 +25,7 @@ from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
-from bt_mission.views.terminal.speech import Speech
+from bt_mission.views.terminal.speech import LogLineView
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.loader import load_world
@@ -39,7 +39,7 @@ def stage_run(mission_file: Path) -> tuple[Report, float, int]:
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
         watch = CpuWatch()
-        (report,) = drive(stage, [Speech()])
+        (report,) = drive(stage, [LogLineView()])
         cpu_s, callbacks = watch.elapsed_s, stage.clock.callbacks_served
     if report.status != "success":
         raise SystemExit(f"{mission.name}: {report.status}: {report.reason}")

@@ -27,7 +27,7 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.sessions.watching import SessionGraph
-from bt_mission.views.terminal.speech import Speech
+from bt_mission.views.terminal.speech import LogLineView
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 from tests.support.browser import BROWSER, browser
@@ -98,7 +98,7 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
         if with_page:
             (report,), cpu_s = _shown(stage, Path(folder), speed)
         else:
-            (report,), cpu_s = _measured(lambda: drive(stage, [Speech()], speed=speed))
+            (report,), cpu_s = _measured(lambda: drive(stage, [LogLineView()], speed=speed))
     return cpu_s / report.virtual_s, cpu_s / report.wall_s
 
 
@@ -110,7 +110,7 @@ def _measured(run: Callable[[], Reports]) -> tuple[Reports, float]:
 
 
 def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Reports, float]:
-    driver = StepDriver(driving(stage, [Speech()], InterruptSignals(), speed=speed))
+    driver = StepDriver(driving(stage, [LogLineView()], InterruptSignals(), speed=speed))
     frame_s = FAST_FRAME_S if speed is None else FRAME_S
     with closing(SessionGraph(stage)) as graph:
         shown = LiveMission(graph)

@@ -78,7 +78,7 @@ async def started(
     )
 
 
-class Child:
+class ChildCommand:
     """A command in another process, until it ends or is stopped.
 
     Args:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bt_mission.sessions.session import Session
 
 
-class Outcome(Protocol):
+class ShownReport(Protocol):
     """The report of a mission or of a fleet, as used here."""
 
     @property
@@ -27,7 +27,7 @@ class Outcome(Protocol):
 
 
 R = TypeVar("R")
-Ended = TypeVar("Ended", bound=Outcome)
+Ended = TypeVar("Ended", bound=ShownReport)
 
 
 def with_end(steps: Steps[Reports], end: Callable[[Reports], R]) -> Steps[R]:

@@ -177,9 +177,9 @@ def _ending(
 
 def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
     if options.json:
-        from bt_mission.views.terminal.speech import Speech
+        from bt_mission.views.terminal.speech import LogLineView
 
-        return Speech()
+        return LogLineView()
     from bt_mission.views.terminal.views import view_for
 
     return view_for(sys.stdout, plan.title, plain=plain)

@@ -41,7 +41,7 @@ class Listed:
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A heading of a page, with the text up to the next heading.
 
     Attributes:
@@ -74,9 +74,9 @@ class Page:
 
     name: str
     listed: Listed
-    sections: Sequence[Section]
+    sections: Sequence[PageSection]
 
-    def part(self, anchor: str) -> Sequence[Section]:
+    def part(self, anchor: str) -> Sequence[PageSection]:
         """Return the section with this anchor and those below it; without it, nothing."""
         anchors = [section.anchor for section in self.sections]
         if anchor not in anchors:
@@ -194,7 +194,7 @@ def lines_of(markdown: str) -> Iterator[tuple[str, bool]]:
             fence = ""
 
 
-def _sections(page: str, text: str) -> Iterator[Section]:
+def _sections(page: str, text: str) -> Iterator[PageSection]:
     """Split the text of a page at its headings."""
     titles: list[str] = []
     anchors: list[str] = []
@@ -203,12 +203,12 @@ def _sections(page: str, text: str) -> Iterator[Section]:
         heading = None if is_code else _HEADING.match(line.rstrip())
         if heading:
             if titles:
-                yield Section(page, tuple(titles), anchors[-1], "".join(lines))
+                yield PageSection(page, tuple(titles), anchors[-1], "".join(lines))
             titles[len(heading[1]) - 1 :] = [plain(heading[2])]
             anchors.append(_anchor(titles[-1], anchors) if len(titles) > 1 else "")
             lines = []
         lines.append(line)
-    yield Section(page, tuple(titles), anchors[-1], "".join(lines))
+    yield PageSection(page, tuple(titles), anchors[-1], "".join(lines))
 
 
 def _anchor(title: str, taken: Sequence[str]) -> str:

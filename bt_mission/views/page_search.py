@@ -11,7 +11,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.views.manual import Page, Section, lines_of
+from bt_mission.views.manual import Page, PageSection, lines_of
 
 _PAGES = "CREATE VIRTUAL TABLE pages USING fts5(title, about, headings, prose, code, {})"
 _PAGE_RANK = "bm25(pages, 8, 8, 4, 1, 0.2)"
@@ -41,7 +41,7 @@ class PageIndex:
 
     def __init__(self, pages: Iterable[Page]) -> None:
         self._pages = list(pages)
-        self._sections: list[Section] = []
+        self._sections: list[PageSection] = []
         self._database = sqlite3.connect(":memory:")
         try:
             self._database.execute(_PAGES.format(_WORDS))
@@ -59,7 +59,7 @@ class PageIndex:
         """Forget everything."""
         self._database.close()
 
-    def search(self, words: Sequence[str]) -> Sequence[Section]:
+    def search(self, words: Sequence[str]) -> Sequence[PageSection]:
         """Return the best section of each page that has the words, the best page first.
 
         Pages with all words come before pages with some of them. If no page has any, a word may be
@@ -87,13 +87,13 @@ class PageIndex:
         )
         return {self._pages[row].name: score for row, score in rows}
 
-    def _best_section(self, page: str, expression: str) -> Section:
+    def _best_section(self, page: str, expression: str) -> PageSection:
         rows = self._database.execute(
             "SELECT rowid FROM sections WHERE sections MATCH ? "  # noqa: S608 - ours
             f"ORDER BY {_SECTION_RANK}, rowid",
             (expression,),
         )
-        sections: Iterator[Section] = (self._sections[row] for (row,) in rows)
+        sections: Iterator[PageSection] = (self._sections[row] for (row,) in rows)
         return next(section for section in sections if section.page == page)
 
     def _add(self, number: int, page: Page) -> None:

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import pytest
 
 from bt_mission.cli import children
-from bt_mission.cli.children import Child, Spare
+from bt_mission.cli.children import ChildCommand, Spare
 
 DEAF = """trap "" INT
 sleep 600 &
@@ -51,8 +51,8 @@ def test_a_child_that_does_not_listen_ends_with_what_holds_its_output(
     program(DEAF)
     monkeypatch.setattr(children, "PATIENCE_S", 0.2)
 
-    async def stopped() -> Child:
-        child = Child(None, ["run"])
+    async def stopped() -> ChildCommand:
+        child = ChildCommand(None, ["run"])
         while not child.link:  # noqa: ASYNC110 - another process says it
             await asyncio.sleep(0)  # noqa: TID251 - lets the loop read
         await child.stop()
@@ -62,9 +62,9 @@ def test_a_child_that_does_not_listen_ends_with_what_holds_its_output(
     assert asyncio.run(stopped()).code == -9
 
 
-async def ended(trial: Path | None, words: list[str], spare: Spare | None = None) -> Child:
+async def ended(trial: Path | None, words: list[str], spare: Spare | None = None) -> ChildCommand:
     """A command that has ended."""
-    child = Child(trial, words, spare)
+    child = ChildCommand(trial, words, spare)
     await child.wait()
     return child
 
@@ -104,7 +104,7 @@ def test_a_command_runs_although_the_process_that_was_ready_for_it_has_ended(
     """A new one runs it."""
     program('case "$*" in *cli.ready*) exit 1;; *) echo done;; esac\n')
 
-    async def run() -> Child:
+    async def run() -> ChildCommand:
         spare = Spare()
         await (await spare._started).wait()
         return await ended(None, ["run"], spare)

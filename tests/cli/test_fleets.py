@@ -13,7 +13,7 @@ from bt_mission.commands.completion import known
 from bt_mission.executive.events.events import Event, NodeChanged
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.speech import Speech
+from bt_mission.views.terminal.speech import LogLineView
 from tests.support.command_line import CommandLine
 
 FLEET = """\
@@ -105,13 +105,13 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
 ) -> None:
     """With every goal confirmed; a mission that has ended stays as it is."""
 
-    def interrupt(_: Speech, run: Run, event: Event) -> None:
+    def interrupt(_: LogLineView, run: Run, event: Event) -> None:
         match run.name, event:
             case "one", NodeChanged(node=node, status=Status.RUNNING) if node == TURN:
                 signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(Speech, "kinds", (NodeChanged,))
-    monkeypatch.setattr(Speech, "on_event", interrupt)
+    monkeypatch.setattr(LogLineView, "kinds", (NodeChanged,))
+    monkeypatch.setattr(LogLineView, "on_event", interrupt)
     report = fleet.json("run two.yaml", 130)
     assert report["status"] == "interrupted"
     assert [each["reason"] for each in report["robots"]] == ["interrupted by Ctrl-C"] * 2

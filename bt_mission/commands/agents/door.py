@@ -14,7 +14,7 @@ from bt_mission.base.diagnostics import InputError
 from bt_mission.base.verdicts import VACUOUS
 from bt_mission.base.yaml.composer import split_lines
 from bt_mission.commands.agents.call_log import CallLog
-from bt_mission.commands.agents.evidence import Evidence, evidence_of
+from bt_mission.commands.agents.evidence import ProposalEvidence, evidence_of
 from bt_mission.commands.agents.examiner import Examine
 from bt_mission.commands.agents.folder import (
     AgentFolder,
@@ -119,7 +119,7 @@ class Door:
         before = self.folder.proposal(name).text if name in self.folder.names() else ""
         self.folder.save(proposal)
         warnings = tuple(each.headline for each in examination.diagnostics)
-        evidence = Evidence(proposal.digest, self.site.digest, warnings)
+        evidence = ProposalEvidence(proposal.digest, self.site.digest, warnings)
         self._trials.pop(name, None)
         self.folder.save_evidence(name, asdict(evidence))
         return {
@@ -281,7 +281,7 @@ def diff(before: str, after: str) -> str:
     return "\n".join(lines)
 
 
-def margins(evidence: Evidence) -> list[dict[str, Any]]:
+def margins(evidence: ProposalEvidence) -> list[dict[str, Any]]:
     """Return a row for each requirement: its runs, those in which it held, its margin."""
     if evidence.runs is None:
         return []

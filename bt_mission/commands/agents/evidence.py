@@ -63,7 +63,7 @@ class _File(_Written):
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ProposalEvidence:
     """The evidence for one version of a proposal on one version of a site.
 
     Attributes:
@@ -128,12 +128,12 @@ class Evidence:
         return points + [str(each.get("text")) for each in self.proof.get("findings", ())]
 
 
-def evidence_of(folder: AgentFolder, proposal: Proposal, site: Site) -> Evidence:
+def evidence_of(folder: AgentFolder, proposal: Proposal, site: Site) -> ProposalEvidence:
     """Return the evidence of exactly this version of a proposal.
 
     It is empty without a file, and with one that was not written here.
     """
-    empty = Evidence(proposal.digest, site.digest, is_checked=False)
+    empty = ProposalEvidence(proposal.digest, site.digest, is_checked=False)
     written = folder.evidence(proposal.name)
     if written.get("proposal") != empty.proposal or written.get("site") != empty.site:
         return empty

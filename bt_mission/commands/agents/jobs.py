@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.output import write_file
-from bt_mission.cli.children import Child
+from bt_mission.cli.children import ChildCommand
 from bt_mission.commands.agents.folder import Proposal
 from bt_mission.commands.agents.site import Site
 
@@ -46,7 +46,7 @@ Run: TypeAlias = Callable[[Sequence[str]], Awaitable[CommandEnd]]
 
 async def run_in_child(words: Sequence[str]) -> CommandEnd:
     """Run a command in another process, and end it if it takes too long or nobody waits."""
-    child = Child(None, words)
+    child = ChildCommand(None, words)
     try:
         await asyncio.wait_for(child.wait(), MOST_WALL_S)
     except TimeoutError:

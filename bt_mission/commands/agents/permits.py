@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey,
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.output import make_folder_of, write_file
 from bt_mission.base.wall_clock import unix_s
-from bt_mission.commands.agents.evidence import Evidence, EvidenceError, evidence_of
+from bt_mission.commands.agents.evidence import EvidenceError, ProposalEvidence, evidence_of
 from bt_mission.commands.agents.folder import AgentFolder, Proposal, canonical, digest_of
 from bt_mission.commands.agents.site import Site
 from bt_mission.commands.agents.site_files import differing
@@ -124,7 +124,11 @@ def public_text(key: Ed25519PrivateKey) -> str:
 
 
 def grant(
-    folder: AgentFolder, site: Site, shown: Proposal, evidence: Evidence, key: Ed25519PrivateKey
+    folder: AgentFolder,
+    site: Site,
+    shown: Proposal,
+    evidence: ProposalEvidence,
+    key: Ed25519PrivateKey,
 ) -> Permit:
     """Sign a permit for what was shown to the person, and write it.
 

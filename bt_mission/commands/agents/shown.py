@@ -18,7 +18,7 @@ from bt_mission.base.text import escape_control
 from bt_mission.base.yaml.composer import split_lines
 from bt_mission.commands.agents.call_log import read_log
 from bt_mission.commands.agents.door import diff, margins
-from bt_mission.commands.agents.evidence import Evidence, evidence_of
+from bt_mission.commands.agents.evidence import ProposalEvidence, evidence_of
 from bt_mission.commands.agents.folder import AgentFolder, Proposal
 from bt_mission.commands.agents.names import shown_name
 from bt_mission.commands.agents.site import Site
@@ -63,7 +63,7 @@ class Shown:
 
     site: Site
     proposal: Proposal
-    evidence: Evidence
+    evidence: ProposalEvidence
     parts: Sequence[Part]
     missing: Sequence[str]
     recording: Path | None
@@ -159,7 +159,7 @@ def _decided(proposal: Proposal) -> str:
     return "\n".join(lines)
 
 
-def _checks(evidence: Evidence) -> Iterator[Part]:
+def _checks(evidence: ProposalEvidence) -> Iterator[Part]:
     if evidence.warnings:
         yield _theirs("Warnings of the check, with names of the proposal", evidence.warnings)
     points = [f"open: {point}" for point in evidence.open_points]
@@ -168,7 +168,7 @@ def _checks(evidence: Evidence) -> Iterator[Part]:
     yield _theirs("The proof, with names of the proposal", points)
 
 
-def _runs(site: Site, proposal: Proposal, evidence: Evidence) -> Iterator[Part]:
+def _runs(site: Site, proposal: Proposal, evidence: ProposalEvidence) -> Iterator[Part]:
     if evidence.runs is None:
         return
     runs = evidence.runs

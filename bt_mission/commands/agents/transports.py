@@ -12,7 +12,7 @@ from mcp.server.mcpserver import MCPServer
 from mcp.server.transport_security import TransportSecuritySettings
 
 from bt_mission.commands.agents.server import LONGEST_CALL
-from bt_mission.views.web.gate import App, Gate, Receive, Scope, Send
+from bt_mission.views.web.gate import App, Receive, Scope, Send, TokenGate
 from bt_mission.views.web.guarded_server import (
     Connections,
     FrameRate,
@@ -99,7 +99,7 @@ async def serve_http(
         transport_security=TransportSecuritySettings(enable_dns_rebinding_protection=False),
     )
     connections = Connections()
-    gate = Gate(NewestSessions(app), token, LOOPBACK, connections.admitted)
+    gate = TokenGate(NewestSessions(app), token, LOOPBACK, connections.admitted)
     guarded = GuardedServer(gate, connections, _FRAMES, most_bytes=1)
     say(f"for agents: http://{LOOPBACK}:{listener.getsockname()[1]}/{token}{PATH}")
     with closing(listener):

@@ -18,7 +18,7 @@ from posixpath import dirname, join, normpath
 from bt_mission.base.text import columns, cut
 from bt_mission.cli.exits import NOTHING_FOUND, SUCCESS
 from bt_mission.cli.parser import Command, Option
-from bt_mission.views.manual import LINK, Manual, Section, lines_of, manual
+from bt_mission.views.manual import LINK, Manual, PageSection, lines_of, manual
 from bt_mission.views.terminal.streams import unescaped
 
 MOST_OTHERS = 5
@@ -102,7 +102,7 @@ def _refuse_anchor(pages: Manual, name: str, anchor: str) -> int:
     return NOTHING_FOUND
 
 
-def _show(pages: Manual, part: Sequence[Section], hits: Sequence[Section]) -> None:
+def _show(pages: Manual, part: Sequence[PageSection], hits: Sequence[PageSection]) -> None:
     """Print a part of a page, and below it what a search has found: this part first."""
     markdown = "".join(section.text for section in part)
     below = list(_below(hits))
@@ -129,7 +129,7 @@ def _show(pages: Manual, part: Sequence[Section], hits: Sequence[Section]) -> No
         unescaped(sys.stdout).write(output)
 
 
-def _below(hits: Sequence[Section]) -> Iterator[str]:
+def _below(hits: Sequence[PageSection]) -> Iterator[str]:
     """Yield the commands that show what a search has found."""
     if hits:
         yield ""

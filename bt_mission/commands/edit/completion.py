@@ -30,7 +30,7 @@ _PAIR = re.compile(r"(?<![A-Za-z_0-9])([A-Za-z_]\w*): *([^,}]*)")
 
 
 @dataclass(frozen=True)
-class Option:
+class Suggestion:
     """A word that fits at a place.
 
     Attributes:
@@ -50,11 +50,11 @@ class Completion:
     """The words that fit at a place, and the offset from which they replace the text."""
 
     start: int
-    options: tuple[Option, ...]
+    options: tuple[Suggestion, ...]
 
 
 @dataclass
-class Place:
+class CursorContext:
     """The context of an offset: the keys around it, and those beside it.
 
     Attributes:
@@ -87,7 +87,7 @@ class LongLineError(BtMissionError):
     code = "BT-1301"
 
 
-def place_at(text: str, offset: int) -> Place:
+def place_at(text: str, offset: int) -> CursorContext:
     """Return the context of an offset in a text.
 
     Raises:
@@ -99,7 +99,7 @@ def place_at(text: str, offset: int) -> Place:
         raise LongLineError(
             f"line {len(lines)}: no completion behind {LONGEST_LINE:,} characters of one line"
         )
-    place = Place(word=_last_word(current, "./-"))
+    place = CursorContext(word=_last_word(current, "./-"))
     before = current[: len(current) - len(place.word)]
     own = _line(current) or _Line(-1, len(current), "")
     opened = _brackets(before)
@@ -149,7 +149,7 @@ def completion(
 
 def hover(
     text: str, offset: int, file: str | Path = "", folder: Path | None = None
-) -> Option | None:
+) -> Suggestion | None:
     """Return what the word at an offset means, or None. See `completion`."""
     rest = re.match(r"[\w./-]*", text[offset:])
     end = offset + (rest.end() if rest else 0)
@@ -237,7 +237,7 @@ def _key_before(text: str, end: int) -> str:
     return _last_word(text[:end], ".-")
 
 
-def _above(lines: Sequence[str], own: _Line, place: Place) -> list[str]:
+def _above(lines: Sequence[str], own: _Line, place: CursorContext) -> list[str]:
     """Return the keys above a line, and note those beside it."""
     path: list[str] = []
     column = own.column
@@ -286,7 +286,7 @@ def _is_node(path: Sequence[str]) -> bool:
 # ---- the words -----------------------------------------------------------------------------------
 
 
-def _keys(place: Place, *, is_all: bool = False) -> Iterator[Option]:
+def _keys(place: CursorContext, *, is_all: bool = False) -> Iterator[Suggestion]:
     """Yield the keys that fit."""
     known = kinds()
     if not place.path:
@@ -294,13 +294,15 @@ def _keys(place: Place, *, is_all: bool = False) -> Iterator[Option]:
         yield from (_of_field(facts) for facts in mission_fields() if facts.keys[0] not in taken)
         for key, words in (("tree", "the tree of the mission"), ("trees", "named trees")):
             if key not in taken:
-                yield Option(key, f"{key}:", "", words)
+                yield Suggestion(key, f"{key}:", "", words)
         return
     if _is_node(place.path):
         kind = next((key for key in place.beside if key in known), None)
         if kind is None or is_all:
             for facts in known.values():
-                yield Option(facts.kind, _indented(facts.template, place), facts.family, facts.text)
+                yield Suggestion(
+                    facts.kind, _indented(facts.template, place), facts.family, facts.text
+                )
         if kind is not None:
             yield from _modifiers(known[kind], () if is_all else place.beside)
         return
@@ -315,54 +317,56 @@ def _keys(place: Place, *, is_all: bool = False) -> Iterator[Option]:
         )
     if last == "outputs":
         node = next((key for key in place.around if key in known), "")
-        yield from (Option(name, f"{name}: ") for name in (known[node].results if node else ()))
+        yield from (Suggestion(name, f"{name}: ") for name in (known[node].results if node else ()))
 
 
-def _modifiers(kind: KindFacts, taken: Sequence[str]) -> Iterator[Option]:
+def _modifiers(kind: KindFacts, taken: Sequence[str]) -> Iterator[Suggestion]:
     for facts in kind.fields:
         if len(facts.keys) == 1 and facts.keys[0] not in taken and facts.keys[0] != kind.kind:
             yield _of_field(facts)
     for key in kind.children:
         if key not in ("*", kind.kind, *taken):
-            yield Option(key, f"{key}:", "", "the node below")
+            yield Suggestion(key, f"{key}:", "", "the node below")
 
 
-def _indented(template: str, place: Place) -> str:
+def _indented(template: str, place: CursorContext) -> str:
     return template.replace("\n", "\n" + " " * place.column)
 
 
-def _of_field(facts: FieldFacts) -> Option:
+def _of_field(facts: FieldFacts) -> Suggestion:
     words = facts.words or facts.unit or (facts.type if facts.type != "yaml" else "")
     default = f"default: {facts.default}" if facts.default else ""
     text = ". ".join(filter(None, (facts.text, default)))
-    return Option(facts.keys[-1], f"{facts.keys[-1]}: ", words, text)
+    return Suggestion(facts.keys[-1], f"{facts.keys[-1]}: ", words, text)
 
 
-def _values(place: Place, text: str, file: str | Path, folder: Path | None) -> Iterator[Option]:
+def _values(
+    place: CursorContext, text: str, file: str | Path, folder: Path | None
+) -> Iterator[Suggestion]:
     """Yield the values that fit."""
     key = place.key
     if not place.path and key in ("world", "robot"):
         names = files.names("worlds" if key == "world" else "robots")
-        yield from (Option(name, name, key) for name in names)
+        yield from (Suggestion(name, name, key) for name in names)
         return
     if key == "tree" or (key == "name" and place.path[-1:] == ["tree"]):
-        yield from (Option(name, name, "tree") for name in _entries(text, "trees"))
+        yield from (Suggestion(name, name, "tree") for name in _entries(text, "trees"))
         return
     facts = _field_of(place)
     if facts is not None and facts.options:
-        yield from (Option(option, option) for option in facts.options)
+        yield from (Suggestion(option, option) for option in facts.options)
         return
     if key in ("cancel_when", "until"):
         for kind in place.beside:
             for name in kinds()[kind].feedback if kind in kinds() else ():
-                yield Option(name, name, "feedback")
+                yield Suggestion(name, name, "feedback")
     if key in ("pose", "poses", "target"):
-        yield from (Option(name, name, "place") for name in _places(text, file, folder))
-    yield from (Option(name, name, "variable") for name in variables(text))
-    yield from (Option(name, f"{name}(", "function") for name in FUNCTIONS)
+        yield from (Suggestion(name, name, "place") for name in _places(text, file, folder))
+    yield from (Suggestion(name, name, "variable") for name in variables(text))
+    yield from (Suggestion(name, f"{name}(", "function") for name in FUNCTIONS)
 
 
-def _field_of(place: Place) -> FieldFacts | None:
+def _field_of(place: CursorContext) -> FieldFacts | None:
     if not place.path:
         return next((facts for facts in mission_fields() if facts.keys[0] == place.key), None)
     known = kinds()

@@ -8,7 +8,7 @@ from typing import Any
 
 from bt_mission.base.text import escape_control
 from bt_mission.commands.edit.source import CHILD_KEYS, LIST_KEYS
-from bt_mission.commands.edit.spans import Path, Span
+from bt_mission.commands.edit.spans import Path, TextSpan
 from bt_mission.language.nodes.base import Family
 from bt_mission.language.nodes.registry import KINDS
 
@@ -66,7 +66,7 @@ class Box:
         }
 
 
-def outline(root: Span, text: str) -> list[Box]:
+def outline(root: TextSpan, text: str) -> list[Box]:
     """Return the boxes of a mission: itself, its tree, then its named trees."""
     boxes: list[Box] = []
     if root.kind != "map":
@@ -88,7 +88,7 @@ def outline(root: Span, text: str) -> list[Box]:
     return boxes
 
 
-def _values(node: Span, left_out: Collection[str], text: str) -> Iterator[tuple[str, str]]:
+def _values(node: TextSpan, left_out: Collection[str], text: str) -> Iterator[tuple[str, str]]:
     """Yield what is written in the fields of a node, and in the fields of those."""
     for key, part in node.parts.items():
         if key in left_out:
@@ -100,7 +100,7 @@ def _values(node: Span, left_out: Collection[str], text: str) -> Iterator[tuple[
             yield key, _written(part, text)
 
 
-def kind_of(node: Span) -> str:
+def kind_of(node: TextSpan) -> str:
     """Return the kind that a written node names; `UNKNOWN` without one."""
     kinds = [key for key in node.parts if key in KINDS]
     if len(kinds) > 1 and "timeout" in kinds:
@@ -108,7 +108,7 @@ def kind_of(node: Span) -> str:
     return kinds[0] if kinds else UNKNOWN
 
 
-def _take(boxes: list[Box], node: Span, path: Path, parent: int, text: str) -> None:
+def _take(boxes: list[Box], node: TextSpan, path: Path, parent: int, text: str) -> None:
     waiting = [(node, path, parent)]
     while waiting:
         node, path, parent = waiting.pop()
@@ -131,7 +131,7 @@ def _take(boxes: list[Box], node: Span, path: Path, parent: int, text: str) -> N
         waiting.extend(reversed(below))
 
 
-def _places(node: Span, kind: str) -> Iterator[tuple[Span, Path]]:
+def _places(node: TextSpan, kind: str) -> Iterator[tuple[TextSpan, Path]]:
     """Yield what is in the places for nodes directly below a node, empty places included."""
     if kind in LIST_KEYS:
         yield from ((item, (kind, index)) for index, item in enumerate(node.parts[kind].items))
@@ -142,16 +142,16 @@ def _places(node: Span, kind: str) -> Iterator[tuple[Span, Path]]:
         if part is not None:
             yield part, (key,)
         elif key == "do":
-            yield Span(node.end, node.end, "scalar"), (key,)
+            yield TextSpan(node.end, node.end, "scalar"), (key,)
 
 
-def _on_one_line(value: Span, text: str) -> str:
+def _on_one_line(value: TextSpan, text: str) -> str:
     written = _written(value, text)
     written = written.strip("{}") if value.is_flow and value.kind == "map" else written
     return written if len(written) <= MOST_TEXT else written[: MOST_TEXT - 1] + "…"
 
 
-def _written(value: Span, text: str) -> str:
+def _written(value: TextSpan, text: str) -> str:
     if value.kind == "map" and not value.is_flow:
         return ", ".join(f"{key}: {_written(part, text)}" for key, part in value.parts.items())
     written = value.text if value.kind == "scalar" else text[value.start : value.end]

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.edit.scalars import as_text
-from bt_mission.commands.edit.spans import Path, Span, read_spans
+from bt_mission.commands.edit.spans import Path, TextSpan, read_spans
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.nodes.base import CompositeNode
 from bt_mission.language.nodes.registry import KINDS
@@ -146,7 +146,7 @@ class Source:
         self.text = text
         self.root = read_spans(text)
 
-    def node(self, path: Path) -> Span:
+    def node(self, path: Path) -> TextSpan:
         """Return the node at a path, which is below the root. Raises PatchError."""
         span = self._reached(path)
         if span is None or span.kind != "map" or not path:
@@ -174,11 +174,11 @@ class Source:
         cut = self.cut(span) if is_behind else _dedented(body, self._column(span.start))
         return Piece(cut, span.raw, above, tail.rstrip() if is_behind else "")
 
-    def cut(self, span: Span) -> str:
+    def cut(self, span: TextSpan) -> str:
         """Return the text of a value, its lines indented as below column 0."""
         return _dedented(self.text[span.start : span.end], self._column(span.start))
 
-    def flow(self, span: Span) -> str:
+    def flow(self, span: TextSpan) -> str:
         """Return a value on one line, its scalars as they are written."""
         written = self.text[span.start : span.end]
         if span.kind in ("scalar", "alias"):
@@ -214,7 +214,7 @@ class Source:
             raise PatchError(f"there is no list of nodes at {dotted(target[:-1])}")
         return (self.item(target, parent, piece),)
 
-    def item(self, target: Path, parent: Span, piece: Piece) -> Edit:
+    def item(self, target: Path, parent: TextSpan, piece: Piece) -> Edit:
         """Return the edit that puts an item into a list. Raises PatchError."""
         where = target[-1]
         assert isinstance(where, int)
@@ -230,7 +230,7 @@ class Source:
             return self._in_brackets(parent, where, piece)
         return self._in_list(target[:-1], parent, where, piece)
 
-    def _in_list(self, path: Path, parent: Span, where: int, piece: Piece) -> Edit:
+    def _in_list(self, path: Path, parent: TextSpan, where: int, piece: Piece) -> Edit:
         column = self._column(parent.start)
         lines = self._item(column, piece)
         if where < len(parent.items):
@@ -247,7 +247,7 @@ class Source:
         lines = [*(margin + line for line in piece.above), f"{margin}- {block.at(column + STEP)}"]
         return "\n".join(lines) + "\n"
 
-    def _first_item(self, path: Path, parent: Span, piece: Piece) -> Edit:
+    def _first_item(self, path: Path, parent: TextSpan, piece: Piece) -> Edit:
         holder = self.root.find(path[:-1])
         assert holder is not None
         entry = holder.keys[str(path[-1])]
@@ -258,7 +258,7 @@ class Source:
         lines = self._item(column, piece).rstrip("\n")
         return Edit(entry.colon, self._line_end(end), f"{kept}\n{lines}")
 
-    def _in_brackets(self, parent: Span, where: int, piece: Piece) -> Edit:
+    def _in_brackets(self, parent: TextSpan, where: int, piece: Piece) -> Edit:
         if not parent.items:
             if parent.kind == "scalar":
                 return Edit(parent.start, parent.end, f" [{piece.flow}]")
@@ -269,7 +269,7 @@ class Source:
         end = parent.items[-1].end
         return Edit(end, end, f", {piece.flow}")
 
-    def _in_slot(self, parent: Span, target: Path, piece: Piece) -> Edit:
+    def _in_slot(self, parent: TextSpan, target: Path, piece: Piece) -> Edit:
         key = str(target[-1])
         value = parent.parts.get(key)
         if value is not None and not value.is_empty:
@@ -341,7 +341,7 @@ class Source:
             return Edit(start - 1, end, "")
         return Edit(start, end, "")
 
-    def _from_brackets(self, path: Path, parent: Span) -> Edit:
+    def _from_brackets(self, path: Path, parent: TextSpan) -> Edit:
         last = path[-1]
         if isinstance(last, str):
             return Edit(parent.keys[last].colon, parent.parts[last].end, "")
@@ -408,7 +408,7 @@ class Source:
             value = f"{{{key}: {value}}}"
         return f"{first}: {value}"
 
-    def _new_value(self, path: Path, span: Span, value: str) -> Edit:
+    def _new_value(self, path: Path, span: TextSpan, value: str) -> Edit:
         parent = self.root.find(path[:-1])
         assert parent is not None
         if isinstance(path[-1], int):
@@ -420,7 +420,7 @@ class Source:
             return Edit(span.start, span.end, value)
         return Edit(entry.colon, span.end, f" {value}")
 
-    def _new_pair(self, path: Path, parent: Span, key: str, pair: str) -> Edit:
+    def _new_pair(self, path: Path, parent: TextSpan, key: str, pair: str) -> Edit:
         if parent.is_flow or self.is_in_flow(path):
             end = max((part.end for part in parent.parts.values()), default=parent.end - 1)
             end = max(end, *(entry.colon for entry in parent.keys.values()))
@@ -433,7 +433,7 @@ class Source:
             return Edit(parent.start, parent.start, f"{lines}\n{' ' * margin}")
         return Edit(end, end, f"\n{' ' * margin}{lines}")
 
-    def _behind(self, parent: Span, key: str, order: Sequence[str]) -> int:
+    def _behind(self, parent: TextSpan, key: str, order: Sequence[str]) -> int:
         """Return the end of the last line of the entry behind which a key is written.
 
         It is -1 if the key is written before all others.
@@ -478,8 +478,8 @@ class Source:
 
     # ---- lines ---------------------------------------------------------------------------
 
-    def _reached(self, path: Path) -> Span | None:
-        span: Span | None = self.root
+    def _reached(self, path: Path) -> TextSpan | None:
+        span: TextSpan | None = self.root
         for key in path:
             if span is not None and span.kind == "alias":
                 raise PatchError("this node is an alias; edit the node of its anchor")
@@ -547,7 +547,7 @@ class Source:
         return offset - self._line_start(offset)
 
 
-def _order(path: Path, parent: Span) -> Sequence[str]:
+def _order(path: Path, parent: TextSpan) -> Sequence[str]:
     """Return the usual order of the keys of a mapping; children stand last."""
     if not path:
         return _ROOT_ORDER
@@ -563,7 +563,7 @@ def _order(path: Path, parent: Span) -> Sequence[str]:
     return (kind, "name", *modifiers, *CHILD_KEYS)
 
 
-def children_of(span: Span) -> Iterator[Path]:
+def children_of(span: TextSpan) -> Iterator[Path]:
     """Yield the paths of the nodes directly below a node, relative to it."""
     for key, part in span.parts.items():
         if key in LIST_KEYS and part.kind == "list":

@@ -35,7 +35,7 @@ class Entry:
 
 
 @dataclass(slots=True, eq=False)
-class Span:
+class TextSpan:
     """A value and its place: offsets of its first character, and behind its last one.
 
     Attributes:
@@ -54,18 +54,18 @@ class Span:
     meant: str = ""
     is_flow: bool = False
     keys: dict[str, Entry] = field(default_factory=dict)
-    parts: dict[str, Span] = field(default_factory=dict)
-    items: list[Span] = field(default_factory=list)
+    parts: dict[str, TextSpan] = field(default_factory=dict)
+    items: list[TextSpan] = field(default_factory=list)
 
-    def child(self, key: Key) -> Span | None:
+    def child(self, key: Key) -> TextSpan | None:
         """Return one part, or None without it."""
         if isinstance(key, str):
             return self.parts.get(key)
         return self.items[key] if 0 <= key < len(self.items) else None
 
-    def find(self, path: Sequence[Key]) -> Span | None:
+    def find(self, path: Sequence[Key]) -> TextSpan | None:
         """Return the part at a path, or None without it."""
-        span: Span | None = self
+        span: TextSpan | None = self
         for key in path:
             span = None if span is None else span.child(key)
         return span
@@ -97,7 +97,7 @@ class Span:
                 return [item.plain for item in self.items]
         return self.text
 
-    def walk(self) -> Iterator[Span]:
+    def walk(self) -> Iterator[TextSpan]:
         """Yield it and all of its parts."""
         yield self
         for part in (*self.parts.values(), *self.items):
@@ -105,7 +105,7 @@ class Span:
 
 
 @lru_cache(maxsize=KEPT)
-def read_spans(text: str, file: str = "<text>", *, is_part: bool = False) -> Span:
+def read_spans(text: str, file: str = "<text>", *, is_part: bool = False) -> TextSpan:
     """Return the value of a YAML text with its places; those of the last texts are kept.
 
     Args:
@@ -126,7 +126,7 @@ def read_spans(text: str, file: str = "<text>", *, is_part: bool = False) -> Spa
         raise InputError([Diagnostic("BT-105", "a form of YAML without patches", file)]) from None
     if len(reader.roots) > 1:
         compose(text, file)
-    return reader.roots[0] if reader.roots else Span(0, 0, "scalar")
+    return reader.roots[0] if reader.roots else TextSpan(0, 0, "scalar")
 
 
 class _UnexpectedFormError(Exception):
@@ -139,11 +139,11 @@ class _Reader:
 
     text: str
     is_part: bool = False
-    roots: list[Span] = field(default_factory=list)
-    stack: list[Span] = field(default_factory=list)
+    roots: list[TextSpan] = field(default_factory=list)
+    stack: list[TextSpan] = field(default_factory=list)
     pending: list[tuple[str, Entry] | None] = field(default_factory=list)
     """The key of each open mapping whose value is next."""
-    anchors: dict[str, str | Span | None] = field(default_factory=dict)
+    anchors: dict[str, str | TextSpan | None] = field(default_factory=dict)
     """The digest of the value of each anchor so far; of an open one its value."""
 
     def take(self, event: Any) -> None:
@@ -153,7 +153,7 @@ class _Reader:
                 style = event.style if event.style in ("'", '"', "|", ">") else ""
                 if style in ("|", ">"):
                     end = start + len(self.text[start:end].rstrip())
-                span = Span(start, end, "scalar", event.value, style)
+                span = TextSpan(start, end, "scalar", event.value, style)
                 self.add(span)
                 if event.anchor is not None:
                     self.anchors[event.anchor] = _short(span)
@@ -161,11 +161,13 @@ class _Reader:
                 meant = self.anchors.get(event.anchor, "" if self.is_part else None)
                 if not isinstance(meant, str):
                     raise _UnexpectedFormError
-                self.add(Span(start, end, "alias", event.anchor, meant=meant))
+                self.add(TextSpan(start, end, "alias", event.anchor, meant=meant))
             case yaml.MappingStartEvent():
-                self.open(Span(start, end, "map", is_flow=bool(event.flow_style)), event.anchor)
+                self.open(TextSpan(start, end, "map", is_flow=bool(event.flow_style)), event.anchor)
             case yaml.SequenceStartEvent():
-                self.open(Span(start, end, "list", is_flow=bool(event.flow_style)), event.anchor)
+                self.open(
+                    TextSpan(start, end, "list", is_flow=bool(event.flow_style)), event.anchor
+                )
             case yaml.MappingEndEvent() | yaml.SequenceEndEvent():
                 span = self.stack.pop()
                 self.pending.pop()
@@ -173,7 +175,7 @@ class _Reader:
                 for name in [name for name, value in self.anchors.items() if value is span]:
                     self.anchors[name] = _short(span)
 
-    def open(self, span: Span, anchor: str | None) -> None:
+    def open(self, span: TextSpan, anchor: str | None) -> None:
         self.add(span)
         if anchor is not None:
             self.anchors[anchor] = span
@@ -182,7 +184,7 @@ class _Reader:
         self.stack.append(span)
         self.pending.append(None)
 
-    def add(self, span: Span) -> None:
+    def add(self, span: TextSpan) -> None:
         if not self.stack:
             self.roots.append(span)
         elif self.stack[-1].kind == "list":
@@ -196,19 +198,19 @@ class _Reader:
             self.stack[-1].keys[name], self.stack[-1].parts[name] = entry, span
             self.pending[-1] = None
 
-    def entry(self, span: Span) -> Entry:
+    def entry(self, span: TextSpan) -> Entry:
         colon = _COLON.match(self.text, span.end)
         if span.kind != "scalar" or colon is None or span.text in self.stack[-1].keys:
             raise _UnexpectedFormError
         return Entry(span.start, span.end, colon.end())
 
 
-def _short(span: Span) -> str:
+def _short(span: TextSpan) -> str:
     """Return what distinguishes a value from all others, in a few bytes."""
     return sha256(repr(span.raw).encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def _end_of(span: Span) -> int:
+def _end_of(span: TextSpan) -> int:
     """Return the end of the last part of a block; a key without a value ends behind its colon."""
     parts = [*span.parts.values(), *span.items]
     return max([part.end for part in parts] + [entry.colon for entry in span.keys.values()])

@@ -128,7 +128,7 @@ def _searched(
     from bt_mission.scenarios.concrete.worker import ScenarioWorker
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.runner import silence_logs
-    from bt_mission.views.terminal.progress import Progress
+    from bt_mission.views.terminal.progress import ProgressDisplay
 
     def watch(state: SearchState) -> bool:
         if state.runs == 1 and session.as_it_is is not None:
@@ -144,7 +144,7 @@ def _searched(
             worker = stack.enter_context(ScenarioWorker(good.bundle, run))
             reference = Reference(good, worker)
         session = SearchSession(base, ranges, _search_options(options), watch, reference)
-        progress = Progress(
+        progress = ProgressDisplay(
             base.mission.name,
             options.budget,
             lambda: (_search_notes(session.state), ()),

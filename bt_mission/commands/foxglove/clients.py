@@ -41,7 +41,7 @@ LONGEST_WORD = 100
 
 
 @dataclass(eq=False)
-class Channel:
+class FoxgloveChannel:
     """A topic that is offered.
 
     Attributes:
@@ -71,16 +71,16 @@ class Client:
     def __init__(
         self,
         socket: WebSocket,
-        channels: dict[int, Channel],
-        on_subscribe: Callable[[Channel], None],
+        channels: dict[int, FoxgloveChannel],
+        on_subscribe: Callable[[FoxgloveChannel], None],
     ) -> None:
         self.time_ns = 0
         """The newest time of the graph."""
         self.waiting_bytes = 0
         """Of the messages that wait for it."""
         self._socket, self._channels, self._on_subscribe = socket, channels, on_subscribe
-        self._known: dict[int, Channel] = {}
-        self._subscribed: dict[int, Channel] = {}
+        self._known: dict[int, FoxgloveChannel] = {}
+        self._subscribed: dict[int, FoxgloveChannel] = {}
         self._waiting: deque[bytes] = deque()
         self._errors: deque[str] = deque(maxlen=BACKLOG)
         self._has_messages = asyncio.Event()
@@ -214,21 +214,23 @@ class Clients:
         on_subscribe: Called with each channel to which a client subscribes.
     """
 
-    def __init__(self, connections: Connections, on_subscribe: Callable[[Channel], None]) -> None:
-        self.channels: dict[int, Channel] = {}
+    def __init__(
+        self, connections: Connections, on_subscribe: Callable[[FoxgloveChannel], None]
+    ) -> None:
+        self.channels: dict[int, FoxgloveChannel] = {}
         """The offered channels, by number."""
         self._connections, self._on_subscribe = connections, on_subscribe
         self._clients: set[Client] = set()
         self._last_number = 0
 
-    def offer(self, words: dict[str, Any]) -> Channel:
+    def offer(self, words: dict[str, Any]) -> FoxgloveChannel:
         """Offer a channel."""
         self._last_number += 1
-        channel = self.channels[self._last_number] = Channel(self._last_number, words)
+        channel = self.channels[self._last_number] = FoxgloveChannel(self._last_number, words)
         self._wake()
         return channel
 
-    def withdraw(self, channel: Channel) -> None:
+    def withdraw(self, channel: FoxgloveChannel) -> None:
         """Offer it no longer."""
         del self.channels[channel.number]
         channel.viewers.clear()

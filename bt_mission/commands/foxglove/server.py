@@ -21,7 +21,7 @@ from bt_mission.base.diagnostics import listed
 from bt_mission.base.errors import BtMissionError, described
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.cdr.definitions import definition_of, with_plain_names
-from bt_mission.commands.foxglove.clients import Channel, Clients
+from bt_mission.commands.foxglove.clients import Clients, FoxgloveChannel
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.subscriber import matching_qos
 from bt_mission.sessions.session import Onlooker
@@ -228,7 +228,7 @@ class _ServedTopic:
     def __init__(
         self,
         node: Node,
-        channel: Channel,
+        channel: FoxgloveChannel,
         message_class: Any,
         offers: list[QoSProfile],
         now_ns: Callable[[], int],

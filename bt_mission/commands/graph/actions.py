@@ -91,9 +91,9 @@ def send(options: argparse.Namespace) -> int:
 
 def _fill_in(session: GraphSession, sender: GoalSender, fields: Mapping[str, Any]) -> int:
     """Send goals from a form; gives the code of the last one."""
-    from bt_mission.commands.graph.form import GoalForm
+    from bt_mission.commands.graph.form import GoalFormApp
 
-    form = GoalForm(session, sender, fields, encoding=sys.stdout.encoding)
+    form = GoalFormApp(session, sender, fields, encoding=sys.stdout.encoding)
     end = form.run()
     for line in form.last_words:
         print(line)

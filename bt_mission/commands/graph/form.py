@@ -69,7 +69,7 @@ class FormLine(Vertical):
         return not fault
 
 
-class GoalForm(EscapingApp[goal_events.GoalResult | None]):
+class GoalFormApp(EscapingApp[goal_events.GoalResult | None]):
     """Fills in a goal, sends it, shows its feedback; gives the end of the last goal.
 
     Its ``last_words`` are the end and the result of that goal, for people.

@@ -103,42 +103,42 @@ def flat(value: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
             yield prefix + name, part
 
 
-class _Dumper(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
+class _ValueDumper(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
     """Writes lists of numbers on one line, and the number of omitted items."""
 
 
-def _write_list(dumper: _Dumper, items: list[Any]) -> yaml.Node:
+def _write_list(dumper: _ValueDumper, items: list[Any]) -> yaml.Node:
     is_flat = all(isinstance(item, int | float | Cut) for item in items)
     return dumper.represent_sequence("tag:yaml.org,2002:seq", items, flow_style=is_flat)
 
 
-def _write_cut(dumper: _Dumper, cut: Cut) -> yaml.Node:
+def _write_cut(dumper: _ValueDumper, cut: Cut) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:str", f"{MARK}{cut.left}")
 
 
-def _write_text(dumper: _Dumper, text: str) -> yaml.Node:
+def _write_text(dumper: _ValueDumper, text: str) -> yaml.Node:
     # PyYAML does not escape all that reverse the direction of text; as_yaml() does.
     is_plain = escape_control(text.replace("\n", "")) == text.replace("\n", "")
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if is_plain else '"')
 
 
-def _write_float(dumper: _Dumper, value: float) -> yaml.Node:
+def _write_float(dumper: _ValueDumper, value: float) -> yaml.Node:
     if math.isfinite(value):
         return dumper.represent_scalar("tag:yaml.org,2002:float", repr(value))
     return dumper.represent_float(value)
 
 
-_Dumper.add_representer(list, _write_list)
-_Dumper.add_representer(Cut, _write_cut)
-_Dumper.add_representer(float, _write_float)
-_Dumper.add_representer(str, _write_text)
+_ValueDumper.add_representer(list, _write_list)
+_ValueDumper.add_representer(Cut, _write_cut)
+_ValueDumper.add_representer(float, _write_float)
+_ValueDumper.add_representer(str, _write_text)
 
 
 def as_yaml(value: Any) -> str:
     """Plain values as YAML, with everything unprintable escaped."""
     text: str = yaml.dump(
         value,
-        Dumper=_Dumper,
+        Dumper=_ValueDumper,
         sort_keys=False,
         allow_unicode=True,
         width=100,

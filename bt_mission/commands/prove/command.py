@@ -212,7 +212,9 @@ def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof
     def notes() -> tuple[list[str], list[str]]:
         return [f"{newest.waiting:,} waiting", f"depth {newest.depth}"], []
 
-    shown = progress.Progress(mission.name, None, notes, sys.stderr, unit="states", quiet=is_quiet)
+    shown = progress.ProgressDisplay(
+        mission.name, None, notes, sys.stderr, unit="states", quiet=is_quiet
+    )
 
     def show(explored: Progress) -> bool:
         nonlocal newest

@@ -11,7 +11,7 @@ from typing import Any
 from bt_mission.base.output import write_file
 from bt_mission.base.yaml.document import read_text
 from bt_mission.base.yaml.dump import to_yaml
-from bt_mission.commands.reproduce.comparison import Verdict
+from bt_mission.commands.reproduce.comparison import RunEnd
 from bt_mission.commands.reproduce.diagnosed import DiagnosedFault
 from bt_mission.scenarios.faults.planned import PlannedFault
 from bt_mission.scenarios.loader import load_scenario
@@ -21,7 +21,7 @@ WORLD, MISSION = "world.yaml", "mission.yaml"
 
 
 @dataclass
-class Case:
+class CaseFiles:
     """The files of a case on their way.
 
     Attributes:
@@ -34,7 +34,7 @@ class Case:
     name: str
     folder: Path
     head: Mapping[str, Any]
-    verdict: Verdict
+    verdict: RunEnd
     faults: list[DiagnosedFault] = field(default_factory=list)
 
     @property

@@ -22,7 +22,7 @@ MOST_PATH_M = 5.0
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RunEnd:
     """The end of a run: outcome, and the violated requirements.
 
     Attributes:
@@ -40,7 +40,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Event:
+class ComparedEvent:
     """An event of both runs, with its times, s since the start; None where it is missing."""
 
     what: str
@@ -49,7 +49,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RunComparison:
     """The differences of two runs.
 
     Attributes:
@@ -63,9 +63,9 @@ class Comparison:
     largest: float | None
     recorded: Sequence[str]
     simulated: Sequence[str]
-    events: Sequence[Event]
-    wanted: Verdict
-    got: Verdict
+    events: Sequence[ComparedEvent]
+    wanted: RunEnd
+    got: RunEnd
 
     @property
     def is_repeated(self) -> bool:
@@ -103,10 +103,10 @@ class Comparison:
         return float(score) + 0.02 * min(max(late, default=0.0), 10.0)
 
 
-def compare(recorded: Evidence, simulated: Evidence, wanted: Verdict, got: Verdict) -> Comparison:
+def compare(recorded: Evidence, simulated: Evidence, wanted: RunEnd, got: RunEnd) -> RunComparison:
     """Compare two runs; times count from the first goal of each."""
     mean, largest = _paths(best(recorded), best(simulated), recorded.end_s, simulated.end_s)
-    return Comparison(
+    return RunComparison(
         mean,
         largest,
         [goal.outcome for goal in recorded.goals],
@@ -136,8 +136,8 @@ def _paths(
     return float(apart.mean()), float(apart.max())
 
 
-def _events(recorded: Evidence, simulated: Evidence) -> list[Event]:
-    events: list[Event] = []
+def _events(recorded: Evidence, simulated: Evidence) -> list[ComparedEvent]:
+    events: list[ComparedEvent] = []
     if not recorded.goals:  # those of the simulation are ours
         return events
     for number, (a, b) in enumerate(zip_longest(recorded.goals, simulated.goals), 1):
@@ -145,7 +145,7 @@ def _events(recorded: Evidence, simulated: Evidence) -> list[Event]:
         assert goal is not None, "one of them is the longer"
         action = goal.action.strip("/")
         events.append(
-            Event(
+            ComparedEvent(
                 f"goal {number} ({action}) is sent",
                 None if a is None else recorded.since_start(a.start_ns),
                 None if b is None else simulated.since_start(b.start_ns),
@@ -156,11 +156,11 @@ def _events(recorded: Evidence, simulated: Evidence) -> list[Event]:
             for each, run in ((a, recorded), (b, simulated))
         ]
         if ends != [None, None]:
-            events.append(Event(f"goal {number} ({action}) ends", ends[0], ends[1]))
+            events.append(ComparedEvent(f"goal {number} ({action}) ends", ends[0], ends[1]))
     return events
 
 
-def differences(comparison: Comparison) -> list[str]:
+def differences(comparison: RunComparison) -> list[str]:
     """Return what the simulation does not show as the recording does."""
     lines = []
     wanted, got = comparison.wanted, comparison.got

@@ -19,7 +19,7 @@ from bt_mission.commands.reproduce.sight import (
     visitors,
 )
 from bt_mission.commands.reproduce.silences import goal_faults, silences
-from bt_mission.commands.reproduce.surroundings import Surroundings, surroundings
+from bt_mission.commands.reproduce.surroundings import StaticSurroundings, surroundings
 from bt_mission.robots.model import RobotModel
 
 DECEIVED = ("lidar_frozen", "lidar_dead", "lidar_bias", "lidar_noise", "odometry_dead")
@@ -34,7 +34,7 @@ class Diagnosis:
     """The faults in the order of their beginning, the world, and the things that came."""
 
     faults: Sequence[DiagnosedFault]
-    around: Surroundings
+    around: StaticSurroundings
     things: Sequence[Visitor]
 
 

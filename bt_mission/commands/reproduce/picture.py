@@ -12,7 +12,7 @@ import numpy as np
 from bt_mission.commands.reproduce.comparison import best
 from bt_mission.commands.reproduce.evidence import Evidence, Floats
 from bt_mission.commands.reproduce.sight import Visitor
-from bt_mission.commands.reproduce.surroundings import Surroundings
+from bt_mission.commands.reproduce.surroundings import StaticSurroundings
 from bt_mission.commands.reproduce.tracing import Block, Disc, Segment
 
 LONGEST_PX = 1000
@@ -27,7 +27,7 @@ TEXT = cv2.FONT_HERSHEY_SIMPLEX
 def picture(
     title: str,
     evidence: Evidence,
-    around: Surroundings,
+    around: StaticSurroundings,
     things: Sequence[Visitor],
     simulated: Evidence | None,
 ) -> bytes:
@@ -59,7 +59,7 @@ def picture(
     return bytes(done[1].tobytes())
 
 
-def _extent(evidence: Evidence, around: Surroundings) -> tuple[float, float, float, float]:
+def _extent(evidence: Evidence, around: StaticSurroundings) -> tuple[float, float, float, float]:
     places = [np.column_stack((evidence.track.x, evidence.track.y))]
     places.append(around.cells.centres(around.cells.occupied))
     if len(around.points):

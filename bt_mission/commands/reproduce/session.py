@@ -19,10 +19,10 @@ from bt_mission.base.yaml.document import read
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.cli.recorded_scenario import record_scenario
 from bt_mission.commands.falsify.strategies import OptunaStrategy, RandomStrategy, Strategy
-from bt_mission.commands.reproduce.case import MISSION, WORLD, Case, write_mission_files
+from bt_mission.commands.reproduce.case import MISSION, WORLD, CaseFiles, write_mission_files
 from bt_mission.commands.reproduce.comparison import (
-    Comparison,
-    Verdict,
+    RunComparison,
+    RunEnd,
     compare,
     differences,
     outcome_of,
@@ -42,7 +42,7 @@ from bt_mission.commands.reproduce.joined import (
 from bt_mission.commands.reproduce.matching import matched
 from bt_mission.commands.reproduce.mission import mission_data
 from bt_mission.commands.reproduce.picture import picture
-from bt_mission.commands.reproduce.surroundings import Surroundings, pose_data, world_data
+from bt_mission.commands.reproduce.surroundings import StaticSurroundings, pose_data, world_data
 from bt_mission.executive.report import Report
 from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.model import RecordedRun
@@ -87,11 +87,11 @@ class ReproduceOptions:
 class Reproduction:
     """The result."""
 
-    case: Case
+    case: CaseFiles
     diagnosed: Sequence[DiagnosedFault]
     faults: Sequence[PlannedFault]
     """Those of the scenario, after the search."""
-    comparison: Comparison
+    comparison: RunComparison
     report: Report
     runs: int
     unexplained: Sequence[str]
@@ -202,7 +202,7 @@ class _Reproducer:
         self._recorded, self._folder = recorded, folder
         self._options, self._place, self._say = options, place, say
         self._runs = 0
-        self._simulated: dict[tuple[str, ...], tuple[Comparison, Report, Evidence]] = {}
+        self._simulated: dict[tuple[str, ...], tuple[RunComparison, Report, Evidence]] = {}
         self._first_error: BtMissionError | None = None
 
     def run(self) -> Reproduction:
@@ -235,7 +235,7 @@ class _Reproducer:
 
     # ---- the case ------------------------------------------------------------------------
 
-    def _case(self, name: str, around: Surroundings) -> Case:
+    def _case(self, name: str, around: StaticSurroundings) -> CaseFiles:
         recorded, folder = self._recorded, self._folder
         evidence, run = recorded.evidence, recorded.run
         start = evidence.track.pose(0.0)
@@ -269,7 +269,7 @@ class _Reproducer:
             head["requirements"] = requirements
         is_open = wanted.outcome == "interrupted"
         head["limit"] = round(max(evidence.end_s + (0.0 if is_open else LONGER_S), 1.0), 2)
-        return Case(name, folder, head, wanted)
+        return CaseFiles(name, folder, head, wanted)
 
     def _own_world(self) -> str | None:
         """Return the world of a recorded simulation."""
@@ -280,7 +280,7 @@ class _Reproducer:
         names = [name for name in run.files if name.startswith("worlds/") or name == world]
         return run.files[names[0]] if len(names) == 1 else None
 
-    def _wanted(self) -> tuple[Verdict, Mapping[str, Any]]:
+    def _wanted(self) -> tuple[RunEnd, Mapping[str, Any]]:
         """Return the recorded verdict, and the requirements that the mission's file lacks."""
         recorded, options = self._recorded, self._options
         run = recorded.run
@@ -309,7 +309,7 @@ class _Reproducer:
             for each in own
             if each.name not in written and each.name not in self._in_mission_file()
         }
-        return Verdict(outcome, tuple(violated), reason), extra
+        return RunEnd(outcome, tuple(violated), reason), extra
 
     def _in_mission_file(self) -> frozenset[str]:
         """Return the names of the requirements in the written mission."""
@@ -319,7 +319,7 @@ class _Reproducer:
 
     # ---- runs ----------------------------------------------------------------------------
 
-    def _nearest(self, case: Case, guesses: Guesses) -> tuple[PlannedFault, ...]:
+    def _nearest(self, case: CaseFiles, guesses: Guesses) -> tuple[PlannedFault, ...]:
         """Return the faults of the run that comes nearest."""
         best = guesses.as_it_is()
         nearest = self._score(case, best)
@@ -362,7 +362,7 @@ class _Reproducer:
             self._recorded.notes.append(note)
             return RandomStrategy(guesses, self._options.seed)
 
-    def _score(self, case: Case, faults: tuple[PlannedFault, ...]) -> float:
+    def _score(self, case: CaseFiles, faults: tuple[PlannedFault, ...]) -> float:
         """Run the scenario with these faults; return how far it is from the recording."""
         key = _key(faults)
         if key in self._simulated:
@@ -377,7 +377,7 @@ class _Reproducer:
             return FAR
         simulated = _read_simulated(path)
         path.unlink(missing_ok=True)
-        got = Verdict(
+        got = RunEnd(
             report.status,
             tuple(result.name for result in report.requirements if result.verdict == "violated"),
             report.reason,
@@ -389,7 +389,7 @@ class _Reproducer:
         self._say(f"run {self._runs}: {report.status}, mean path difference {mean}")
         return comparison.score
 
-    def _open_questions(self, comparison: Comparison) -> list[str]:
+    def _open_questions(self, comparison: RunComparison) -> list[str]:
         """Return what the recording shows and no fault explains."""
         if comparison.is_near:
             return []
@@ -419,7 +419,7 @@ def _name(path: Path) -> str:
     return name if name[0].isalpha() else f"run_{name}"
 
 
-def _sentence(path: Path, comparison: Comparison) -> str:
+def _sentence(path: Path, comparison: RunComparison) -> str:
     wanted = comparison.wanted
     end = f"{path.name} ends in {wanted.outcome}"
     if wanted.outcome == "any":

@@ -16,7 +16,7 @@ from bt_mission.base.text import seconds
 from bt_mission.commands.reproduce.diagnosed import DiagnosedFault, fault_at
 from bt_mission.commands.reproduce.evidence import Evidence, Floats, SeenScan, points_of
 from bt_mission.commands.reproduce.silences import spans_where
-from bt_mission.commands.reproduce.surroundings import HEIGHT, Surroundings
+from bt_mission.commands.reproduce.surroundings import HEIGHT, StaticSurroundings
 from bt_mission.commands.reproduce.tracing import Block, Disc, Segment, fit_disc
 
 MOST_SCANS = 1500
@@ -106,7 +106,7 @@ class Sight:
     bearings: Floats
 
 
-def ray_lengths(around: Surroundings, lidar: Pose2D, angles: Floats) -> Floats:
+def ray_lengths(around: StaticSurroundings, lidar: Pose2D, angles: Floats) -> Floats:
     """Return the distance of the nearest surface along each ray, m; infinite without one."""
     nearest = np.full(len(angles), np.inf)
     directions = np.column_stack((np.cos(angles), np.sin(angles)))
@@ -161,7 +161,7 @@ def _meet(
     np.minimum(nearest, np.where(hit, along_ray, np.inf), out=nearest)
 
 
-def sight_of(evidence: Evidence, around: Surroundings) -> Sight | None:
+def sight_of(evidence: Evidence, around: StaticSurroundings) -> Sight | None:
     """Return how scans differ from the world; None without scans."""
     scans = evidence.scans[:: max(1, len(evidence.scans) // MOST_SCANS)]
     sizes = [scan.ranges.size for scan in scans]
@@ -186,7 +186,7 @@ def sight_of(evidence: Evidence, around: Surroundings) -> Sight | None:
 
 
 def _compare(
-    scan: SeenScan, around: Surroundings, lidar: Pose2D
+    scan: SeenScan, around: StaticSurroundings, lidar: Pose2D
 ) -> tuple[float, float, float, float, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     ranges = scan.ranges.astype(np.float64)
     numbers = np.arange(ranges.size, dtype=np.float64)
@@ -208,7 +208,7 @@ def _compare(
     return noise, bias, share, float(agrees.mean()) if agrees.size else 0.0, lost, visible
 
 
-def sight_faults(evidence: Evidence, around: Surroundings) -> Iterator[DiagnosedFault]:
+def sight_faults(evidence: Evidence, around: StaticSurroundings) -> Iterator[DiagnosedFault]:
     """Yield noise, bias and blindness of the lidar."""
     sight = sight_of(evidence, around)
     if sight is None or len(sight.times) < 2 * LEAST_SCANS:
@@ -320,7 +320,7 @@ def _sector(bearings: Floats, blind: npt.NDArray[np.bool_]) -> tuple[float, floa
     return round(middle - half, 1), round(middle + half, 1)
 
 
-def fit_of(evidence: Evidence, around: Surroundings) -> Floats:
+def fit_of(evidence: Evidence, around: StaticSurroundings) -> Floats:
     """Return how well scans fit the world: rows of times, s, and the usual distance from it, m."""
     rows = []
     for scan in evidence.scans[:: max(1, len(evidence.scans) // MOST_SCANS)]:
@@ -370,7 +370,7 @@ class Visitor:
 
 
 def visitors(
-    evidence: Evidence, around: Surroundings, doubtful: Sequence[tuple[float, float]]
+    evidence: Evidence, around: StaticSurroundings, doubtful: Sequence[tuple[float, float]]
 ) -> list[Visitor]:
     """Return the things that scans show besides the world, the longest seen first."""
     tracks: list[_Track] = []
@@ -408,7 +408,7 @@ def visitors(
     return plausible[:MOST_OBSTACLES]
 
 
-def settled(around: Surroundings, points: Floats, lidar: Pose2D) -> tuple[Floats, Floats]:
+def settled(around: StaticSurroundings, points: Floats, lidar: Pose2D) -> tuple[Floats, Floats]:
     """Return the points of a scan where they fit the world best, with their distances from it, m.
 
     Where a localiser is wrong by a little, walls would else be things that came. Most points
@@ -448,7 +448,7 @@ def _shifted(points: Floats, lidar: Pose2D, shift: Floats) -> Floats:
     )
 
 
-def _is_wall(around: Surroundings, thing: Visitor) -> bool:
+def _is_wall(around: StaticSurroundings, thing: Visitor) -> bool:
     """Return whether a thing is long and lies along the world: a wall, seen from a wrong pose."""
     distance = float(np.percentile(around.distances(thing.points), 80))
     return thing.radius is None and thing.size[0] > WALL_M and distance < ASKEW_M

@@ -37,7 +37,7 @@ CAME_AND_WENT = 0.6
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class StaticSurroundings:
     """The things that stand still, as shapes.
 
     Attributes:
@@ -77,7 +77,9 @@ def keyframes(evidence: Evidence) -> list[SeenScan]:
     return kept
 
 
-def surroundings(evidence: Evidence, doubtful: Sequence[tuple[float, float]] = ()) -> Surroundings:
+def surroundings(
+    evidence: Evidence, doubtful: Sequence[tuple[float, float]] = ()
+) -> StaticSurroundings:
     """Return what stands still around a recorded run.
 
     Args:
@@ -93,9 +95,9 @@ def surroundings(evidence: Evidence, doubtful: Sequence[tuple[float, float]] = (
     grid = evidence.grid
     if grid is not None and evidence.is_localised:
         cells = CellMap(grid.cells >= OCCUPIED_FROM, grid.resolution, grid.x, grid.y)
-        return Surroundings(trace(cells, _thinned(cloud)), cloud, False, cells)
+        return StaticSurroundings(trace(cells, _thinned(cloud)), cloud, False, cells)
     cells = _mapped(evidence, doubtful)
-    return Surroundings(trace(cells, _thinned(cloud), smallest=2), cloud, True, cells)
+    return StaticSurroundings(trace(cells, _thinned(cloud), smallest=2), cloud, True, cells)
 
 
 MOST_POINTS = 40_000
@@ -219,7 +221,7 @@ class _Cells:
 
 
 def world_data(
-    name: str, around: Surroundings, start: Pose2D, evidence: Evidence, description: str
+    name: str, around: StaticSurroundings, start: Pose2D, evidence: Evidence, description: str
 ) -> dict[str, Any]:
     """Return the world as its file has it."""
     walls, boxes, cylinders = [], [], []
@@ -291,7 +293,7 @@ def _point(point: tuple[float, float]) -> list[float]:
     return [round(point[0], 3), round(point[1], 3)]
 
 
-def _floor(around: Surroundings, evidence: Evidence, start: Pose2D) -> list[float]:
+def _floor(around: StaticSurroundings, evidence: Evidence, start: Pose2D) -> list[float]:
     """Return the extent of the floor: its middle is the origin."""
     places = [around.cells.centres(around.cells.occupied), np.array([[start.x, start.y]])]
     places += [np.column_stack((evidence.track.x, evidence.track.y))]

@@ -170,7 +170,7 @@ async def _carry_out(
     options: argparse.Namespace, plan: SweepPlan, store: ResultStore, tally: SweepTally
 ) -> None:
     from bt_mission.commands.sweep.sweep import left, record, sweep, to_record
-    from bt_mission.views.terminal.progress import Progress, Remarks
+    from bt_mission.views.terminal.progress import ProgressDisplay, Remarks
 
     worst: Sequence[Any] = ()
     recorded = 0
@@ -194,7 +194,7 @@ async def _carry_out(
             notes.append(counted(pool.workers, "worker") if pool.workers else NO_WORKERS)
             return notes, _tally_lines(tally)
 
-        shown = Progress(
+        shown = ProgressDisplay(
             plan.base.mission.name,
             plan.count,
             remarks,

@@ -21,7 +21,7 @@ Remarks = tuple[Sequence[str], Sequence[str]]
 """The text after the line, and the lines below it."""
 
 
-class Progress:
+class ProgressDisplay:
     """How far work is, in one form: ``explore: 12 of 100 runs   3.2/s   27 s left   4 workers``.
 
     The rate counts from entering it on. A terminal shows the lines below, too; elsewhere the first

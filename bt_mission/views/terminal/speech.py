@@ -13,7 +13,7 @@ from bt_mission.sessions.session import Run
 from bt_mission.sessions.view import View
 
 
-class Speech(View):
+class LogLineView(View):
     """Prints the lines of missions to standard error, after the name of one of several robots."""
 
     kinds = (LogLine, FaultChanged)

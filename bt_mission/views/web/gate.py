@@ -48,7 +48,7 @@ FRAMED_HEADERS = HEADERS | {
 """The same for a page that shows another page of its server in a frame."""
 
 
-class Gate:
+class TokenGate:
     """Passes requests with the token and a name of this server on to an application.
 
     Args:

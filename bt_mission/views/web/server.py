@@ -19,7 +19,7 @@ from typing_extensions import override
 
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.views.html.pages import render
-from bt_mission.views.web.gate import HEADERS, Gate
+from bt_mission.views.web.gate import HEADERS, TokenGate
 from bt_mission.views.web.guarded_server import (
     Connections,
     FrameRate,
@@ -99,7 +99,7 @@ class PageServer:
         self.link = f"http://{host}:{self.port}/{self.token}/"
         files = (Route("/", self._file), Route("/{name}", self._file))
         connections = Connections()
-        gate = Gate(
+        gate = TokenGate(
             Starlette(routes=[*files, *routes]),
             self.token,
             options.host,

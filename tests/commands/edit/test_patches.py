@@ -16,7 +16,7 @@ from bt_mission.commands.edit.plan import plan_of
 from bt_mission.commands.edit.scalars import as_text
 from bt_mission.commands.edit.source import Edits, PatchError, applied
 from bt_mission.commands.edit.spans import Path as KeyPath
-from bt_mission.commands.edit.spans import Span, read_spans
+from bt_mission.commands.edit.spans import TextSpan, read_spans
 from bt_mission.commands.edit.world_patches import add_thing, move_thing
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.requirements.mission_file import read_mission
@@ -65,7 +65,7 @@ trees: {look: {do: {wait: 0.5}}}
 TEXTS = [*(path.read_text() for path in MISSIONS), FLOW, SHORT]
 
 
-def _nodes(span: Span, path: KeyPath = ()) -> Iterator[KeyPath]:
+def _nodes(span: TextSpan, path: KeyPath = ()) -> Iterator[KeyPath]:
     if span.kind == "map" and any(key in KINDS for key in span.parts):
         yield path
     for key, part in span.parts.items():

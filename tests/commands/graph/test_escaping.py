@@ -16,7 +16,7 @@ import pytest
 
 from bt_mission.base.text import columns
 from bt_mission.commands.graph import goal_events, listing
-from bt_mission.commands.graph.form import GoalForm
+from bt_mission.commands.graph.form import GoalFormApp
 from bt_mission.commands.graph.goal_views import goal_view_for, on_a_line
 from bt_mission.commands.graph.graph_query import GraphEntry
 from bt_mission.commands.graph.interface_description import (
@@ -194,7 +194,7 @@ def form_of(text: str) -> str:
     about = hostile_interface()
     sender: Any = SimpleNamespace(action=text, about=about)
     session: Any = SimpleNamespace(interrupts=SimpleNamespace(count=0), now_ns=0)
-    form = GoalForm(session, sender, {"angle": text}, period_s=None)
+    form = GoalFormApp(session, sender, {"angle": text}, period_s=None)
 
     async def scene() -> list[str]:
         rows = []

@@ -12,24 +12,24 @@ from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Static
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.commands.graph.form import FormLine, GoalForm
+from bt_mission.commands.graph.form import FormLine, GoalFormApp
 from bt_mission.commands.graph.goal_events import GoalOutcome
 from bt_mission.commands.graph.goal_request import GoalSender
 from bt_mission.commands.graph.interface_description import InterfaceDescription, InterfacePart
 from bt_mission.language.interface_comments import Section
 from tests.support.graph import TURN
 
-Script = Callable[[GoalForm, Pilot[Any]], Awaitable[None]]
+Script = Callable[[GoalFormApp, Pilot[Any]], Awaitable[None]]
 
 
 @pytest.fixture
-def fill_in(hand: Any) -> Callable[..., GoalForm]:
+def fill_in(hand: Any) -> Callable[..., GoalFormApp]:
     """Open a form for /turn and act: ``fill_in(script)`` gives the form when it has closed."""
 
     def run(
         script: Script, type_name: str = TURN, encoding: str = "utf-8", **fields: Any
-    ) -> GoalForm:
-        form = GoalForm(
+    ) -> GoalFormApp:
+        form = GoalFormApp(
             hand,
             GoalSender(hand, "/turn", type_name, server_s=5.0),
             fields,
@@ -47,17 +47,17 @@ def fill_in(hand: Any) -> Callable[..., GoalForm]:
     return run
 
 
-def shown(form: GoalForm, name: str) -> str:
+def shown(form: GoalFormApp, name: str) -> str:
     """The text of a part of the form."""
     return str(form.query_one(name, Static).render())
 
 
-def note(form: GoalForm, index: int) -> str:
+def note(form: GoalFormApp, index: int) -> str:
     """What stands below a field."""
     return str(list(form.query(FormLine))[index].query_one(".note", Static).render())
 
 
-async def until(form: GoalForm, pilot: Pilot[Any], done: Callable[[], Any]) -> None:
+async def until(form: GoalFormApp, pilot: Pilot[Any], done: Callable[[], Any]) -> None:
     """Let virtual time pass until something holds."""
     for _ in range(1000):
         if done():
@@ -71,7 +71,7 @@ def test_a_goal_is_typed_and_sent(ros: Any, fill_in: Any) -> None:
     """Field by field with Enter; from the last one it is sent. Feedback has bars."""
     server = ros.server()
 
-    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, pilot: Pilot[Any]) -> None:
         await pilot.press(*"90", "enter", *"0.5", "enter")
         await until(form, pilot, lambda: server.goals)
         server.goal.feed(current_angle=45.0, remaining_angle=45.0)
@@ -93,7 +93,7 @@ def test_a_goal_is_typed_and_sent(ros: Any, fill_in: Any) -> None:
     ]
 
 
-def _page(form: GoalForm) -> str:
+def _page(form: GoalFormApp) -> str:
     """All that stands on the screen."""
     return "\n".join(strip.text for strip in form.screen._compositor.render_strips())
 
@@ -102,7 +102,7 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
     """And nothing is sent until it is right."""
     server = ros.server()
 
-    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, pilot: Pilot[Any]) -> None:
         assert note(form, 0).startswith("how far to turn; left (anticlockwise) is positive")
         await pilot.press(*"9x")
         assert note(form, 0) == "expected a number (float32), got string '9x'"
@@ -130,7 +130,7 @@ def test_escape_cancels_the_goal_and_the_form_stays(ros: Any, fill_in: Any) -> N
     """Another one can be sent."""
     server = ros.server()
 
-    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, pilot: Pilot[Any]) -> None:
         await pilot.press("escape")
         assert shown(form, "#state") == "no goal is running; Ctrl-Q exits"
         await pilot.press("ctrl+s")
@@ -152,7 +152,7 @@ def test_a_terminal_without_unicode_has_bars_in_ascii(ros: Any, fill_in: Any) ->
     """And lines."""
     server = ros.server()
 
-    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, pilot: Pilot[Any]) -> None:
         await pilot.press("ctrl+s")
         await until(form, pilot, lambda: server.goals)
         server.goal.feed(current_angle=45.0, remaining_angle=45.0)
@@ -169,7 +169,7 @@ def test_leaving_cancels_the_goal_first(ros: Any, fill_in: Any, cancels: Any) ->
     """And waits for its end; the second time it leaves at once, and the goal is named."""
     ros.server(cancels=cancels)
 
-    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, pilot: Pilot[Any]) -> None:
         await pilot.press("ctrl+s")
         await until(form, pilot, lambda: "accepted" in shown(form, "#state"))
         await pilot.press("ctrl+q")
@@ -189,7 +189,7 @@ def test_leaving_cancels_the_goal_first(ros: Any, fill_in: Any, cancels: Any) ->
 def test_a_signal_leaves_as_ctrl_q_does(ros: Any, hand: Any, fill_in: Any) -> None:
     """SIGTERM, for one."""
 
-    async def script(form: GoalForm, _: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, _: Pilot[Any]) -> None:
         hand.press_ctrl_c()
         form.serve()
 
@@ -200,7 +200,7 @@ def test_messages_that_have_a_short_form_are_one_line(fill_in: Any) -> None:
     """Its note says how it is written."""
     names: list[str] = []
 
-    async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
+    async def script(form: GoalFormApp, pilot: Pilot[Any]) -> None:
         names.extend(row.line.name for row in form.query(FormLine))
         assert "a pose [x m, y m, yaw deg]" in note(form, 0)
         await pilot.press(*"[1, 2]")
@@ -227,7 +227,7 @@ def test_truths_are_ticked(hand: Any) -> None:
             raise BtMissionError("enough")
 
     sender: Any = Sender()
-    form = GoalForm(hand, sender, {}, period_s=None)
+    form = GoalFormApp(hand, sender, {}, period_s=None)
 
     async def act() -> None:
         async with form.run_test(size=(20, 10)) as pilot:

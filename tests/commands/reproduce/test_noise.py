@@ -14,7 +14,7 @@ from bt_mission.base.geometry import Pose2D
 from bt_mission.commands.reproduce.diagnosis import diagnose
 from bt_mission.commands.reproduce.motion import Drift
 from bt_mission.commands.reproduce.sight import settled
-from bt_mission.commands.reproduce.surroundings import Surroundings
+from bt_mission.commands.reproduce.surroundings import StaticSurroundings
 from bt_mission.commands.reproduce.tracing import Segment
 from bt_mission.robots.model import load_robot
 from tests.commands.reproduce.test_reproduce import evidence_of, recorded
@@ -55,7 +55,7 @@ def test_a_scan_is_compared_where_it_fits_best() -> None:
         Segment(first, second)
         for first, second in zip(corners, [*corners[1:], corners[0]], strict=True)
     ]
-    room = Surroundings(walls, np.empty((0, 2)), is_mapped=False, cells=None)  # type: ignore[arg-type]
+    room = StaticSurroundings(walls, np.empty((0, 2)), is_mapped=False, cells=None)  # type: ignore[arg-type]
     along = np.linspace(-1.4, 1.4, 60)
     points = np.vstack(
         [

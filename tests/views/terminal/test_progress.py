@@ -11,7 +11,7 @@ import pytest
 from bt_mission.base import wall_clock
 from bt_mission.base.text import duration
 from bt_mission.views.terminal import progress as module
-from bt_mission.views.terminal.progress import LINE_S, Progress
+from bt_mission.views.terminal.progress import LINE_S, ProgressDisplay
 
 Clock = Callable[[float], None]
 
@@ -48,7 +48,9 @@ def test_a_line_now_and_then_where_there_is_no_terminal(clock: Clock) -> None:
     """With the first of the lines below; what was done earlier does not count for the rate."""
     stream = io.StringIO()
     remarks = (["4 workers"], ["  9 of 10 succeeded", "  1 x lost"])
-    with Progress("explore", 1000, lambda: remarks, stream, done=100, unit="runs") as progress:
+    with ProgressDisplay(
+        "explore", 1000, lambda: remarks, stream, done=100, unit="runs"
+    ) as progress:
         progress.show(110)
         assert stream.getvalue() == ""
         clock(LINE_S)
@@ -65,7 +67,7 @@ def test_a_terminal_shows_all_lines_and_keeps_none(
     """Names cannot command it."""
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
-    with Progress("a\x1b[2J", 2, lambda: ([], ["below"]), stream) as progress:
+    with ProgressDisplay("a\x1b[2J", 2, lambda: ([], ["below"]), stream) as progress:
         clock(1)
         progress.show(1)
     shown = stream.getvalue()
@@ -84,7 +86,7 @@ def test_a_terminal_gets_lines_or_nothing_on_request(
 ) -> None:
     """Nothing where a program reads."""
     stream = Terminal()
-    with Progress("a", 2, lambda: ([], ["below"]), stream, **options) as progress:
+    with ProgressDisplay("a", 2, lambda: ([], ["below"]), stream, **options) as progress:
         clock(LINE_S)
         progress.show(1)
     assert stream.getvalue() == shown

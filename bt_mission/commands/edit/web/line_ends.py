@@ -25,7 +25,7 @@ class LineEndsError(BtMissionError):
 
 
 @dataclass(frozen=True)
-class Written:
+class EditedText:
     """A file as the editor shows it, and as it is written.
 
     Attributes:

@@ -26,7 +26,7 @@ from bt_mission.base.text import lines_of
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.base.yaml.composer import split_lines
 from bt_mission.base.yaml.document import MAX_BYTES
-from bt_mission.cli.children import Child, Spare
+from bt_mission.cli.children import ChildCommand, Spare
 from bt_mission.commands.edit import patches
 from bt_mission.commands.edit.checks import check_text
 from bt_mission.commands.edit.completion import completion, definition, hover
@@ -116,8 +116,8 @@ class EditServer(PageServer):
         self._workspace = workspace
         self._shared: dict[str, _Shared] = {}
         self._left: deque[tuple[str, str]] = deque(maxlen=MOST_LEFT)
-        self._run: Child | None = None
-        self._proof: Child | None = None
+        self._run: ChildCommand | None = None
+        self._proof: ChildCommand | None = None
         self._turns = {what: _Turn(what) for what in ("a run", "a proof", "a revision")}
         self._is_closing = False
         self._keeps_ready = keeps_ready and not options.is_read_only
@@ -448,7 +448,7 @@ class EditServer(PageServer):
             return {"is_over": False}
         return {"is_over": True, "result": proof.result, "lines": proof.lines[-20:]}
 
-    def _child(self, asked: dict[str, Any], command: str, words: Sequence[str]) -> Child:
+    def _child(self, asked: dict[str, Any], command: str, words: Sequence[str]) -> ChildCommand:
         """Run a command with the text of a page."""
         self._refuse_read_only()
         if self._is_closing:
@@ -457,7 +457,7 @@ class EditServer(PageServer):
         spare = None
         if command in ("run", "fork"):
             spare, self._spare = self._spare, None
-        return Child(trial, (command, *words, str(trial)), spare)
+        return ChildCommand(trial, (command, *words, str(trial)), spare)
 
     def _refuse_read_only(self) -> None:
         if self._is_read_only:

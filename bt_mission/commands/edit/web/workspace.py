@@ -17,7 +17,7 @@ from bt_mission.base.files import SUFFIXES, kind_of
 from bt_mission.base.output import write_file
 from bt_mission.base.text import escape_control
 from bt_mission.base.yaml.document import MAX_BYTES, contents
-from bt_mission.commands.edit.web.line_ends import Written
+from bt_mission.commands.edit.web.line_ends import EditedText
 
 MOST_FILES = 500
 MOST_LEVELS = 4
@@ -141,12 +141,12 @@ class Workspace:
         except (OSError, RuntimeError):  # a ring of links
             return False
 
-    def read(self, name: str) -> Written:
+    def read(self, name: str) -> EditedText:
         """Return a file; a new one is empty. Raises InputError or EditError."""
         path = self.path(name)
         if not os.path.lexists(path):
-            return Written()
-        return Written.of(contents(path), str(path))
+            return EditedText()
+        return EditedText.of(contents(path), str(path))
 
     def save(self, name: str, text: str, base: str, *, is_forced: bool = False) -> None:
         """Replace a file as a whole, if its text is still the base.
@@ -244,7 +244,7 @@ class Workspace:
         newest = []
         for saved_s, path, page in sorted(dated, reverse=True)[:MOST_READ]:
             try:
-                text = Written.of(contents(path, follows=False), path.name).text
+                text = EditedText.of(contents(path, follows=False), path.name).text
             except InputError:  # a link, a pipe, another encoding: not of the editor
                 continue
             if text not in known:

@@ -23,7 +23,7 @@ from bt_mission.views.web.report.figures import (
     stops,
     thinned,
 )
-from bt_mission.views.web.report.history import POSE_NS, Track
+from bt_mission.views.web.report.history import POSE_NS, RobotTrack
 
 MOST_LINES = 1000
 MOST_GOALS = 500
@@ -251,7 +251,7 @@ def _spans(run: RecordedRun) -> dict[str, Any]:
 
 def _truth(run: RecordedRun) -> dict[str, list[float]]:
     """Return the true poses, if a simulation has them."""
-    track = Track()
+    track = RobotTrack()
     for time_ns, x, y, yaw in zip(
         run.truth.times.tolist(), run.truth.x, run.truth.y, run.truth.yaw, strict=True
     ):

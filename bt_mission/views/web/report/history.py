@@ -40,7 +40,7 @@ STEP_M, TURN_RAD = 0.005, 0.02
 """A robot that has moved less stands."""
 
 
-class History:
+class ReportHistory:
     """Walks through a timeline once, and keeps what a page needs to show any instant of it."""
 
     def __init__(self, timeline: Timeline) -> None:
@@ -52,8 +52,8 @@ class History:
         self._revision = 0
         self._times: list[float] = []
         self._messages: list[dict[str, Any]] = []
-        self._poses = Track()
-        self._others: dict[str, Track] = {}
+        self._poses = RobotTrack()
+        self._others: dict[str, RobotTrack] = {}
         self._scan_ns = self._map_ns = -math.inf
         self._skipped_map: RobotMessage | None = None
         for time_ns, same in groupby(
@@ -91,7 +91,9 @@ class History:
                 case RobotMessage():
                     has_seen |= self._see(time_ns, frame)
                 case messages.OtherRobot(name, x, y, yaw):
-                    self._others.setdefault(name, Track()).add(self._s(time_ns), Pose2D(x, y, yaw))
+                    self._others.setdefault(name, RobotTrack()).add(
+                        self._s(time_ns), Pose2D(x, y, yaw)
+                    )
                 case messages.BatteryState():
                     before = self.mission.robot.charge or 0.0
                     self.mission.robot.take(frame)
@@ -162,7 +164,7 @@ def viewed(message: RobotMessage) -> messages.Robot | None:
         return None
 
 
-class Track:
+class RobotTrack:
     """The track of a robot: times, s, and poses, m and rad; in columns, for JSON."""
 
     def __init__(self) -> None:

@@ -22,7 +22,7 @@ from bt_mission.recording.verification import read_verified_run
 from bt_mission.views.html.pages import render
 from bt_mission.views.web.encoding import shown
 from bt_mission.views.web.report.details import details
-from bt_mission.views.web.report.history import History
+from bt_mission.views.web.report.history import ReportHistory
 
 PAGE = Path(__file__).resolve().parents[1] / "page"
 
@@ -102,7 +102,7 @@ def robot_runs(recording: Path, robot: str | None = None) -> Iterator[RobotRun]:
     robots: Sequence[str | None] = [robot] if robot is not None else recorded_robots(recording)
     for name in robots if len(robots) > 1 else [robot]:
         run, timeline = read_verified_run(recording, name)
-        history = History(timeline)
+        history = ReportHistory(timeline)
         data = {
             **history.data(),
             "source": shown(recording.name),
