@@ -18,7 +18,7 @@ from measuring import arguments, figure, table
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.speech import LogLineView
+from bt_mission.views.terminal.log_lines import LogLineView
 
 STEPS_PER_S = 20
 OURS = ("bt_mission", "action_servers", "sim")

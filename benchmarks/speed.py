@@ -25,7 +25,7 @@ from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
-from bt_mission.views.terminal.speech import LogLineView
+from bt_mission.views.terminal.log_lines import LogLineView
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.loader import load_world

@@ -27,7 +27,7 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.sessions.watching import SessionGraph
-from bt_mission.views.terminal.speech import LogLineView
+from bt_mission.views.terminal.log_lines import LogLineView
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 from tests.support.browser import BROWSER, browser

@@ -31,7 +31,7 @@ class Spare:
     """A process that gets ready for a run, and waits for the words of its command."""
 
     def __init__(self) -> None:
-        self._started = asyncio.create_task(started("bt_mission.cli.ready"))
+        self._started = asyncio.create_task(started("bt_mission.cli.preloaded"))
 
     async def take(self, words: Sequence[str]) -> asyncio.subprocess.Process:
         """Have it run a command; another process runs it if this one has ended. Raises OSError."""

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from bt_mission.base.commands import added
 from bt_mission.base.errors import cause_of
-from bt_mission.cli.additions import Kept, RunFile, RunFileKind
 from bt_mission.cli.argument_types import FileType, output_file
+from bt_mission.cli.extensions import Kept, RunFile, RunFileKind
 from bt_mission.cli.options import FORCE
 from bt_mission.cli.outputs import file_of_robot
 from bt_mission.cli.parser import Option, each

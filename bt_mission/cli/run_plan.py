@@ -9,9 +9,9 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from bt_mission.cli.additions import shown_by
 from bt_mission.cli.checked import examined_file, examined_fleet, permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.extensions import shown_by
 from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import closing
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from bt_mission.cli.additions import shown_by
+from bt_mission.cli.extensions import shown_by
 from bt_mission.cli.web import ENDED, page_stays, to_stderr, web_server
 
 if TYPE_CHECKING:

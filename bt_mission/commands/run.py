@@ -14,9 +14,9 @@ from bt_mission.base.dds.middleware import prepare_middleware
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.files import kind_of
 from bt_mission.cli import recording
-from bt_mission.cli.additions import Kept, show_options, shown_around
 from bt_mission.cli.argument_types import seconds, unchecked_output_file
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
+from bt_mission.cli.extensions import Kept, show_options, shown_around
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
     CMD_VEL_TYPE,
@@ -177,7 +177,7 @@ def _ending(
 
 def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
     if options.json:
-        from bt_mission.views.terminal.speech import LogLineView
+        from bt_mission.views.terminal.log_lines import LogLineView
 
         return LogLineView()
     from bt_mission.views.terminal.views import view_for

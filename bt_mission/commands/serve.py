@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bt_mission.base.commands import added, hints
-from bt_mission.cli.additions import show_options, shown_beside
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.extensions import show_options, shown_beside
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
     EDITABLE,

@@ -8,10 +8,10 @@ import sys
 from typing import TYPE_CHECKING
 
 from bt_mission.base.commands import hints
-from bt_mission.cli.additions import show_options, shown_by
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.executives import WAIT_S, look_for
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.extensions import show_options, shown_by
 from bt_mission.cli.options import JSON, NETWORK, PLAIN, prepare_graph
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.screen import is_drawable, print_tree

@@ -102,7 +102,7 @@ def test_a_command_runs_although_the_process_that_was_ready_for_it_has_ended(
     program: Program,
 ) -> None:
     """A new one runs it."""
-    program('case "$*" in *cli.ready*) exit 1;; *) echo done;; esac\n')
+    program('case "$*" in *cli.preloaded*) exit 1;; *) echo done;; esac\n')
 
     async def run() -> ChildCommand:
         spare = Spare()

@@ -13,7 +13,7 @@ from bt_mission.commands.completion import known
 from bt_mission.executive.events.events import Event, NodeChanged
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.speech import LogLineView
+from bt_mission.views.terminal.log_lines import LogLineView
 from tests.support.command_line import CommandLine
 
 FLEET = """\

@@ -182,7 +182,7 @@ def test_a_ready_process_runs_as_a_new_one_does(cli: CommandLine) -> None:
     cli.write("turns.yaml", "mission: turns\ntree: {turn: {angle: 45}, timeout: 20}\n")
     run = "run turns.yaml --json --trace"
     done = subprocess.run(
-        [sys.executable, "-m", "bt_mission.cli.ready"],
+        [sys.executable, "-m", "bt_mission.cli.preloaded"],
         input=json.dumps([*run.split(), "ready.jsonl"]) + "\n",
         capture_output=True,
         text=True,

@@ -1,1 +1,1 @@
-"""A door for agents: they propose missions, collect evidence, and drive with a person's permit."""
+"""A gateway for agents, which propose missions, collect evidence, and drive with a permit."""

@@ -1,4 +1,4 @@
-"""``bt-mission mcp``: a door for agents, which propose missions and ask to drive."""
+"""``bt-mission mcp``: a gateway for agents, which propose missions and ask to drive."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.cli.additions import ServeAddition
 from bt_mission.cli.argument_types import input_file, port
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.extensions import ServeAddition
 from bt_mission.cli.options import NETWORK, prepare_graph
 from bt_mission.cli.parser import Command, Option, each
 
@@ -92,8 +92,8 @@ def mcp(options: argparse.Namespace) -> int:
     prepare_graph(options)
     import asyncio
 
-    from bt_mission.commands.agents.door import Door
     from bt_mission.commands.agents.examiner import Examiner
+    from bt_mission.commands.agents.gateway import AgentGateway
     from bt_mission.commands.agents.jobs import run_in_child
     from bt_mission.commands.agents.robot import RosRobot
     from bt_mission.commands.agents.server import agent_server
@@ -105,16 +105,19 @@ def mcp(options: argparse.Namespace) -> int:
         node = graph.host_quiet("bt_mission_mcp")
         robot = RosRobot(node, partial(_serve, graph), site.written.namespace)
         examiner = Examiner(site)
-        door = Door(site, folder, robot, run_in_child, examiner)
-        print(f"site '{site.name}' offers {len(door.offer['actions'])} actions", file=sys.stderr)
+        gateway = AgentGateway(site, folder, robot, run_in_child, examiner)
+        print(
+            f"site '{site.name}' offers {len(gateway.capabilities['actions'])} actions",
+            file=sys.stderr,
+        )
 
         async def close() -> None:
-            await door.close()
+            await gateway.close()
             await examiner.close()
 
         async def serve() -> None:
             _close_on_signal(close)
-            server, beside = agent_server(door), robot.serve_forever()
+            server, beside = agent_server(gateway), robot.serve_forever()
             try:
                 if options.http:
                     number = PORT if options.port is None else options.port

@@ -1,4 +1,4 @@
-"""The door as a server of the Model Context Protocol."""
+"""The gateway as a server of the Model Context Protocol."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from bt_mission.base.diagnostics import listed, quoted
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.commands.agents.call_log import LogError
-from bt_mission.commands.agents.door import Door
+from bt_mission.commands.agents.capabilities import OVERVIEW, TEXTS
 from bt_mission.commands.agents.folder import ProposalError
-from bt_mission.commands.agents.offer import OVERVIEW, TEXTS
+from bt_mission.commands.agents.gateway import AgentGateway
 
 LONGEST_CALL = 100_000
 """Characters of the parameters of a call."""
@@ -48,12 +48,12 @@ class CallGuard:
     """Limits calls by number and size, and logs each with its outcome. `stop` is never refused.
 
     Args:
-        door: With the log.
+        gateway: With the log.
         elapsed_s: Returns the seconds that have passed, for the rate.
     """
 
-    def __init__(self, door: Door, elapsed_s: Callable[[], float] | None = None) -> None:
-        self._log = door.log
+    def __init__(self, gateway: AgentGateway, elapsed_s: Callable[[], float] | None = None) -> None:
+        self._log = gateway.log
         self._elapsed_s = elapsed_s or _stopwatch()
         self._left, self._at_s = BURST, 0.0
         self._stops, self._next_stop_s = 0, 0.0
@@ -126,11 +126,11 @@ def _refused(act: Callable[_P, Awaitable[_R]]) -> Callable[_P, Awaitable[_R]]:
     return answer
 
 
-class DoorTools:
+class AgentTools:
     """The tools: the docstring of each is its description for the agent."""
 
-    def __init__(self, door: Door) -> None:
-        self._door = door
+    def __init__(self, gateway: AgentGateway) -> None:
+        self._gateway = gateway
 
     @_refused
     async def language(self, part: str = "overview") -> str:
@@ -142,31 +142,31 @@ class DoorTools:
     @_refused
     async def site(self) -> dict[str, Any]:
         """Read what this robot offers: actions with units and limits, zones, requirements."""
-        return self._door.offer
+        return self._gateway.capabilities
 
     @_refused
     async def check(self, text: str, inputs: dict[str, str] | None = None) -> dict[str, Any]:
         """Check the text of a mission; returns every error with line, column and hint."""
-        return await self._door.check(text, inputs)
+        return await self._gateway.check(text, inputs)
 
     @_refused
     async def propose(
         self, name: str, text: str, inputs: dict[str, str] | None = None, seed: int | None = None
     ) -> dict[str, Any]:
         """Keep a valid mission as a proposal; returns the diff and the missing evidence."""
-        return await self._door.propose(name, text, inputs, seed)
+        return await self._gateway.propose(name, text, inputs, seed)
 
     @_refused
     async def prove(self, name: str) -> dict[str, Any]:
         """Check a proposal against every answer that its servers can give."""
-        return await self._door.prove(name)
+        return await self._gateway.prove(name)
 
     @_refused
     async def simulate(
         self, name: str, seeds: int | None = None, faults: list[str] | None = None
     ) -> dict[str, Any]:
         """Simulate a proposal: without arguments the runs that are evidence, else a trial."""
-        return await self._door.simulate(name, seeds, faults)
+        return await self._gateway.simulate(name, seeds, faults)
 
     @_refused
     async def results(self, name: str, *, picture: bool = True) -> CallToolResult:
@@ -174,9 +174,9 @@ class DoorTools:
 
         With a picture of the worst simulated run: its path over the map, and its verdicts.
         """
-        results = self._door.results(name)
+        results = self._gateway.results(name)
         content: list[ContentBlock] = [TextContent(type="text", text=json.dumps(results))]
-        if picture and (image := self._door.picture(name)) is not None:
+        if picture and (image := self._gateway.picture(name)) is not None:
             data = base64.b64encode(image).decode()
             content.append(ImageContent(type="image", data=data, mime_type="image/png"))
         return CallToolResult(content=content, structured_content=results)
@@ -184,28 +184,30 @@ class DoorTools:
     @_refused
     async def drive(self, name: str) -> dict[str, Any]:
         """Run a proposal on the robot, once, with the permit that a person has given."""
-        return await self._door.drive(name)
+        return await self._gateway.drive(name)
 
     @_refused
     async def status(self) -> dict[str, Any]:
         """Read the state of the robot, the proposals and the running job."""
-        return self._door.status()
+        return self._gateway.status()
 
     @_refused
     async def stop(self) -> dict[str, Any]:
         """Stop the mission of the robot. It is always possible."""
-        return await self._door.stop()
+        return await self._gateway.stop()
 
 
-def agent_server(door: Door, elapsed_s: Callable[[], float] | None = None) -> MCPServer[Any]:
-    """Return the server of a door; `elapsed_s` is the time of its limits."""
+def agent_server(
+    gateway: AgentGateway, elapsed_s: Callable[[], float] | None = None
+) -> MCPServer[Any]:
+    """Return the server of a gateway; `elapsed_s` is the time of its limits."""
     server: MCPServer[Any] = MCPServer(
         "bt-mission",
         instructions=OVERVIEW,
         log_level="CRITICAL",
-        middleware=[CallGuard(door, elapsed_s)],
+        middleware=[CallGuard(gateway, elapsed_s)],
     )
-    tools = DoorTools(door)
+    tools = AgentTools(gateway)
     reads: tuple[Callable[..., Any], ...] = (tools.language, tools.site, tools.check)
     for tool in (*reads, tools.results, tools.status):
         server.add_tool(tool, annotations=ToolAnnotations(read_only_hint=True))
@@ -222,7 +224,7 @@ def agent_server(door: Door, elapsed_s: Callable[[], float] | None = None) -> MC
             uri="bt-mission://site",
             name="site",
             mime_type="application/json",
-            fn=lambda: json.dumps(door.offer),
+            fn=lambda: json.dumps(gateway.capabilities),
         )
     )
     return server

@@ -17,9 +17,9 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.text import escape_control
 from bt_mission.base.yaml.composer import split_lines
 from bt_mission.commands.agents.call_log import read_log
-from bt_mission.commands.agents.door import diff, margins
 from bt_mission.commands.agents.evidence import ProposalEvidence, evidence_of
 from bt_mission.commands.agents.folder import AgentFolder, Proposal
+from bt_mission.commands.agents.gateway import diff, margins
 from bt_mission.commands.agents.names import shown_name
 from bt_mission.commands.agents.site import Site
 from bt_mission.executive.events.watched_mission import targets

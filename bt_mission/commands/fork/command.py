@@ -20,9 +20,9 @@ from bt_mission.base.file_kinds import MISSIONS
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.python_process import python_command, python_environment
 from bt_mission.cli import recording
-from bt_mission.cli.additions import Kept, ReplayAddition
 from bt_mission.cli.argument_types import count, input_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.extensions import Kept, ReplayAddition
 from bt_mission.cli.options import (
     AT,
     FAULT,

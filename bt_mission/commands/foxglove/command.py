@@ -8,9 +8,9 @@ from contextlib import closing, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
-from bt_mission.cli.additions import ShowAddition
 from bt_mission.cli.argument_types import port
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.extensions import ShowAddition
 from bt_mission.cli.parser import Option, each
 from bt_mission.cli.web import has_input_ended, require_server, to_stderr, watch_beside
 

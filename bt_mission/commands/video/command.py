@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.cli.additions import Kept, RunFileKind
 from bt_mission.cli.argument_types import FileType
+from bt_mission.cli.extensions import Kept, RunFileKind
 from bt_mission.cli.parser import Option, each
 
 if TYPE_CHECKING:

@@ -27,4 +27,4 @@ def played(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Played]:
         "bt_mission.commands.agents.permits.unix_s", lambda: unix_s() + played.clock_s
     )
     yield played
-    asyncio.run(played.door.close())
+    asyncio.run(played.gateway.close())

@@ -15,10 +15,10 @@ from mcp.shared.exceptions import MCPError
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.agents.approval_page import ApprovalServer
-from bt_mission.commands.agents.door import Door
 from bt_mission.commands.agents.evidence import evidence_of
 from bt_mission.commands.agents.examiner import Examination
 from bt_mission.commands.agents.folder import AgentFolder, Proposal
+from bt_mission.commands.agents.gateway import AgentGateway
 from bt_mission.commands.agents.jobs import WAIT_S, CommandEnd
 from bt_mission.commands.agents.permits import Permit, grant
 from bt_mission.commands.agents.permitted import PERMIT, PermittedMissions
@@ -102,7 +102,7 @@ class Robot:
 
 
 class Played:
-    """A site with its door, robot and person; commands answer at once.
+    """A site with its gateway, robot and person; commands answer at once.
 
     Args:
         root: The folder of the site's file.
@@ -129,14 +129,16 @@ class Played:
 
     def restart(self, wait_s: float = WAIT_S) -> None:
         """Start the server of agents and that of the robot again."""
-        self.door.log.close()
+        self.gateway.log.close()
         self._start(wait_s)
 
     def _start(self, wait_s: float) -> None:
         self.site = self.read_site()
         self.robot = Robot(PermittedMissions(site=self.site, folder=self.folder), self.driven)
-        self.door = Door(self.site, self.folder, self.robot, self.command, self.examine, wait_s)
-        self.server = agent_server(self.door, lambda: self.seconds)
+        self.gateway = AgentGateway(
+            self.site, self.folder, self.robot, self.command, self.examine, wait_s
+        )
+        self.server = agent_server(self.gateway, lambda: self.seconds)
 
     async def examine(self, proposal: Proposal) -> Examination:
         """Check a proposal in this process."""

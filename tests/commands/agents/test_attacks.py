@@ -217,8 +217,8 @@ def _while_shown(played: Played) -> Any:
     return "granted"
 
 
-def _after_the_door(played: Played) -> Any:
-    """The file changes after the door has looked, before the robot's server reads it."""
+def _after_the_gateway(played: Played) -> Any:
+    """The file changes after the gateway has looked, before the robot's server reads it."""
     played.prepare()
     played.approve()
     _edited(*PROPOSAL, text=TURN.replace("90", "91"))(played)
@@ -275,7 +275,7 @@ def _changed_during_runs(played: Played) -> None:
 
     async def command(words: Any) -> CommandEnd:
         if words[0] == "sweep":
-            await played.door.propose("look", TURN.replace("90", "91"))
+            await played.gateway.propose("look", TURN.replace("90", "91"))
         return CommandEnd(RUNS if words[0] == "sweep" else PROOF, [])
 
     played.command = command  # type: ignore[method-assign]
@@ -362,7 +362,7 @@ def _job_flood(played: Played) -> Any:
             refused = await client.call_tool("simulate", {"name": "look"})
             stopped = await client.call_tool("stop", {})
             assert stopped.structured_content == {"is_stopped": True, "why": ""}
-        await played.door.close()
+        await played.gateway.close()
         return refused.content[0].text
 
     answer = asyncio.run(act())
@@ -540,7 +540,7 @@ ATTACKS = (
     Attack("approve runs with other seeds", "not those with the seeds 0, 1",
            _approves(_other_seeds)),
     Attack("a change while the person reads", "BT-1404", _while_shown),
-    Attack("a change after the door has looked", "BT-1404", _after_the_door),
+    Attack("a change after the gateway has looked", "BT-1404", _after_the_gateway),
     Attack("approve without evidence", "BT-1403",
            _approves(_calls("propose", name="look", text=TURN))),
     Attack("approve with a trial as evidence", "BT-1403", _approves(_trial_only)),

@@ -152,7 +152,7 @@ def test_no_call_is_passed_on_while_an_earlier_one_is_not_logged(
         assert "No space left on device" in played.call("propose", name="look", text=TURN)
         assert played.call("stop") == {"is_stopped": True, "why": ""}
     assert played.call("check", text=TURN)["is_valid"]
-    asyncio.run(played.door.close())
+    asyncio.run(played.gateway.close())
     assert _calls(played.folder.log) == ["check", "propose", "stop", "check"]
     assert played.folder.names() == []
     played.restart()

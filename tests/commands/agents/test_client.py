@@ -13,7 +13,7 @@ from rclpy.action import ActionClient
 
 from bt_mission.base.wall_clock import Stopwatch
 from bt_mission.cli import main
-from bt_mission.commands.agents.door import Door
+from bt_mission.commands.agents.gateway import AgentGateway
 from bt_mission.commands.agents.permitted import PermittedMissions
 from bt_mission.commands.agents.robot import UNANSWERED, RosRobot
 from bt_mission.commands.agents.server import agent_server
@@ -34,10 +34,10 @@ def _mended(text: str, refusal: str) -> str:
 @pytest.fixture
 def robot(ros: Any, played: Played) -> RosRobot:
     """A robot on a graph with the server of the site; each look is a step of its clock."""
-    played.door.log.close()
+    played.gateway.log.close()
     ros.serve(PermittedMissions(site=played.site, folder=played.folder))
     robot = RosRobot(ros.node("agents"), ros.step)
-    played.door = Door(played.site, played.folder, robot, played.command, played.examine)
+    played.gateway = AgentGateway(played.site, played.folder, robot, played.command, played.examine)
     return robot
 
 
@@ -78,7 +78,7 @@ def test_a_client_mends_its_mission_drives_once_and_stops(
 
     async def session() -> None:
         serving = asyncio.create_task(robot.serve_forever())
-        async with Client(agent_server(played.door, lambda: 0.0)) as client:
+        async with Client(agent_server(played.gateway, lambda: 0.0)) as client:
             await act(client)
         serving.cancel()
 

@@ -7,9 +7,9 @@ import asyncio
 import pytest
 from mcp.client import Client
 
-from bt_mission.commands.agents.door import Door
 from bt_mission.commands.agents.examiner import Examiner
 from bt_mission.commands.agents.folder import Proposal
+from bt_mission.commands.agents.gateway import AgentGateway
 from bt_mission.commands.agents.server import agent_server
 from tests.commands.agents.played import TURN, Played
 
@@ -23,10 +23,10 @@ LONG += "    - {follow_waypoints: {poses: $p}, timeout: 9}\n" * 150
 def test_stop_waits_for_no_check(played: Played) -> None:
     """A check that takes too long is ended, and the next one has a new process."""
     examiner = Examiner(played.site, most_wall_s=2.0)
-    door = Door(played.site, played.folder, played.robot, played.command, examiner)
+    gateway = AgentGateway(played.site, played.folder, played.robot, played.command, examiner)
 
     async def scene() -> None:
-        async with Client(agent_server(door)) as client:
+        async with Client(agent_server(gateway)) as client:
             call = asyncio.create_task(client.call_tool("check", {"text": LONG}))
             stopped = await client.call_tool("stop", {})
             assert stopped.structured_content == {"is_stopped": True, "why": ""}
@@ -35,7 +35,7 @@ def test_stop_waits_for_no_check(played: Played) -> None:
             valid = await client.call_tool("check", {"text": TURN})
             assert valid.structured_content == {"is_valid": True, "diagnostics": []}
         await examiner.close()
-        await door.close()
+        await gateway.close()
 
     asyncio.run(scene())
 

@@ -1,4 +1,4 @@
-"""The door as a client of the SDK sees it."""
+"""The gateway as a client of the SDK sees it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from mcp.client import Client
 
-from bt_mission.commands.agents.door import MOST_PICTURE
+from bt_mission.commands.agents.gateway import MOST_PICTURE
 from bt_mission.commands.agents.jobs import CommandEnd
 from tests.commands.agents.played import TURN, Played
 

@@ -432,7 +432,7 @@ async def test_of_requests_at_once_one_starts_a_run(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request_name: str
 ) -> None:
     """The others are told so. Each run has its own recording, and none is left."""
-    monkeypatch.setattr("bt_mission.commands.edit.web.server.Child", PlayedChild)
+    monkeypatch.setattr("bt_mission.commands.edit.web.server.ChildCommand", PlayedChild)
     monkeypatch.setattr(PlayedChild, "most", 0)
     words = []
     asked = {"name": "m.yaml", "text": TEXT, "speed": "1"}

@@ -1,8 +1,8 @@
 """A process that has loaded what a run needs, and waits for the words of one command.
 
-The editor keeps one: ``python -m bt_mission.cli.ready``. Loading takes most of the time until a run
-is on its page. The words are a JSON list on one line of the standard input. The end of the input
-ends the process.
+The editor keeps one: ``python -m bt_mission.cli.preloaded``. Loading takes most of the time until a
+run is on its page. The words are a JSON list on one line of the standard input. The end of the
+input ends the process.
 """
 
 from __future__ import annotations

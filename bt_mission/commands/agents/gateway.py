@@ -14,6 +14,7 @@ from bt_mission.base.diagnostics import InputError
 from bt_mission.base.verdicts import VACUOUS
 from bt_mission.base.yaml.composer import split_lines
 from bt_mission.commands.agents.call_log import CallLog
+from bt_mission.commands.agents.capabilities import capabilities_of
 from bt_mission.commands.agents.evidence import ProposalEvidence, evidence_of
 from bt_mission.commands.agents.examiner import Examine
 from bt_mission.commands.agents.folder import (
@@ -32,7 +33,6 @@ from bt_mission.commands.agents.jobs import (
     kept,
     no_result,
 )
-from bt_mission.commands.agents.offer import offer
 from bt_mission.commands.agents.permits import valid_permit
 from bt_mission.commands.agents.robot import Robot, marked
 from bt_mission.commands.agents.site import Site, seed_of
@@ -50,7 +50,7 @@ class _Job:
     task: asyncio.Task[dict[str, Any]]
 
 
-class Door:
+class AgentGateway:
     """The operations of the server, without its protocol.
 
     Args:
@@ -83,9 +83,9 @@ class Door:
         self.log.close()
 
     @cached_property
-    def offer(self) -> dict[str, Any]:
-        """The offer of the site, for agents."""
-        return offer(self.site)
+    def capabilities(self) -> dict[str, Any]:
+        """The actions, zones and requirements of the site, for agents."""
+        return capabilities_of(self.site)
 
     # ---- missions ------------------------------------------------------------------------
 

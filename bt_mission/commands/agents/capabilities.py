@@ -58,7 +58,7 @@ def limits_of(name: str, robot: RobotModel) -> dict[str, str]:
     return {limit.field: limit.words for limit in limits if isinstance(limit, NumberLimit)}
 
 
-def offer(site: Site) -> dict[str, Any]:
+def capabilities_of(site: Site) -> dict[str, Any]:
     """Return what missions of a site may use, and what they must hold."""
     known = kinds()
     limits = {name: limits_of(name, site.robot) for name in site.actions}
