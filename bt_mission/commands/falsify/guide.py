@@ -38,7 +38,7 @@ def is_hidden(name: str) -> bool:
 
 
 @dataclass(frozen=True)
-class MissionFailure:
+class FoundFailure:
     """A failure of a mission; equal for the same cause.
 
     Attributes:
@@ -52,7 +52,7 @@ class MissionFailure:
     node: str = ""
     reason: str = ""
 
-    def is_like(self, other: MissionFailure) -> bool:
+    def is_like(self, other: FoundFailure) -> bool:
         """Return whether another failure is the same, even if its run ends sooner."""
         same = (self.kind, self.what) == (other.kind, other.what)
         return same and (self.kind != "failed" or self.reason == other.reason)
@@ -100,27 +100,27 @@ class Guide:
             for name, requirement in row.requirements.items()
         )
 
-    def failures(self, row: ScenarioRow) -> tuple[MissionFailure, ...]:
+    def failures(self, row: ScenarioRow) -> tuple[FoundFailure, ...]:
         """Return what a run shows of what is searched for, the worst first."""
         if row.is_error or not self.is_assumed(row):
             return ()
         end: tuple[str, str] = ("", "")
         if row.outcome != "success":
             end = row.failed_node, masked(row.reason.partition("\n")[0])
-        failures: list[MissionFailure] = []
+        failures: list[FoundFailure] = []
         if "violated" in self._kinds:
             broken = [
                 (self._share(name, requirement), name)
                 for name, requirement in row.requirements.items()
                 if requirement.verdict == "violated" and not is_hidden(name)
             ]
-            failures += [MissionFailure("violated", name, *end) for _, name in sorted(broken)]
+            failures += [FoundFailure("violated", name, *end) for _, name in sorted(broken)]
         if "collision" in self._kinds and row.collisions:
-            failures.append(MissionFailure("collision", "", *end))
+            failures.append(FoundFailure("collision", "", *end))
         if "orphaned" in self._kinds and row.orphaned_goals:
-            failures.append(MissionFailure("orphaned", "", *end))
+            failures.append(FoundFailure("orphaned", "", *end))
         if "failed" in self._kinds and row.outcome != "success":
-            failures.append(MissionFailure("failed", failed_by(row), *end))
+            failures.append(FoundFailure("failed", failed_by(row), *end))
         return tuple(failures)
 
     def score(self, row: ScenarioRow) -> float:

@@ -17,7 +17,7 @@ from bt_mission.base.text import seconds
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.cli.recorded_scenario import record_scenario
 from bt_mission.commands.falsify.candidate import Candidate, given_world
-from bt_mission.commands.falsify.guide import MissionFailure, is_hidden
+from bt_mission.commands.falsify.guide import FoundFailure, is_hidden
 from bt_mission.commands.falsify.search import Counterexample
 from bt_mission.executive.report import Report
 from bt_mission.scenarios.concrete.base_scenario import BaseScenario
@@ -178,7 +178,7 @@ def _expected(counterexample: Counterexample) -> dict[str, Any]:
     return expected
 
 
-def _phrase(failure: MissionFailure) -> str:
+def _phrase(failure: FoundFailure) -> str:
     match failure.kind:
         case "violated":
             return f"violates '{failure.what}'"
@@ -189,7 +189,7 @@ def _phrase(failure: MissionFailure) -> str:
     return f"fails in '{failure.what}'"
 
 
-def _name(failure: MissionFailure) -> str:
+def _name(failure: FoundFailure) -> str:
     text = failure.what if failure.kind == "violated" else f"{failure.kind} {failure.what}"
     words = re.findall(r"[a-z0-9]+", text.lower()) or [failure.kind]
     return "_".join(words)[:60].rstrip("_")
@@ -198,7 +198,7 @@ def _name(failure: MissionFailure) -> str:
 # ---- the sentence ----------------------------------------------------------------------------
 
 
-def sentence(failure: MissionFailure, report: Report | None, candidate: Candidate) -> str:
+def sentence(failure: FoundFailure, report: Report | None, candidate: Candidate) -> str:
     """Return the failure and its conditions as a sentence.
 
     Args:
@@ -208,7 +208,7 @@ def sentence(failure: MissionFailure, report: Report | None, candidate: Candidat
     return " ".join([_what(failure, report), *_when(candidate)])
 
 
-def _what(failure: MissionFailure, report: Report | None) -> str:
+def _what(failure: FoundFailure, report: Report | None) -> str:
     match failure.kind:
         case "violated":
             results = () if report is None else report.requirements

@@ -7,7 +7,7 @@ from contextlib import aclosing
 from dataclasses import dataclass, field, replace
 
 from bt_mission.commands.falsify.candidate import Candidate
-from bt_mission.commands.falsify.guide import BEST, Guide, MissionFailure, is_hidden
+from bt_mission.commands.falsify.guide import BEST, FoundFailure, Guide, is_hidden
 from bt_mission.commands.falsify.reference import Reference
 from bt_mission.commands.falsify.strategies import BATCH, Strategy
 from bt_mission.scenarios.concrete.base_scenario import BaseScenario
@@ -26,7 +26,7 @@ class Counterexample:
 
     candidate: Candidate
     row: ScenarioRow
-    failure: MissionFailure
+    failure: FoundFailure
     runs: int = 1
 
 
@@ -73,7 +73,7 @@ class SearchState:
         if smallest is not None and (self.smallest is None or smallest < self.smallest):
             self.smallest = smallest
 
-    def add(self, candidate: Candidate, row: ScenarioRow, failure: MissionFailure) -> None:
+    def add(self, candidate: Candidate, row: ScenarioRow, failure: FoundFailure) -> None:
         """Count a counterexample by its cause, and keep the smallest candidate of each cause."""
         for number, known in enumerate(self.counterexamples):
             if known.failure == failure:

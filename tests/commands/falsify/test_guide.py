@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from bt_mission.base.verdicts import Verdict
-from bt_mission.commands.falsify.guide import ASSUMED, BRANCH, CLEARANCE, Aim, Guide, MissionFailure
+from bt_mission.commands.falsify.guide import ASSUMED, BRANCH, CLEARANCE, Aim, FoundFailure, Guide
 from bt_mission.scenarios.concrete.row import RequirementMargin, ScenarioRow
 
 HOLDS = RequirementMargin("holds", 0.5, "m", 1.0)
@@ -40,26 +40,26 @@ def changed(**changes: RequirementMargin) -> ScenarioRow:
         (
             "failed",
             {"outcome": "failure", "failed_node": "drive", "reason": "3.5 m left\nand more"},
-            (MissionFailure("failed", "drive", "drive", "… m left"),),
+            (FoundFailure("failed", "drive", "drive", "… m left"),),
         ),
-        ("failed", {"outcome": "interrupted"}, (MissionFailure("failed", "runs until its limit"),)),
-        ("orphaned", {"orphaned_goals": 1}, (MissionFailure("orphaned"),)),
-        ("collision", {"collisions": 2}, (MissionFailure("collision"),)),
+        ("failed", {"outcome": "interrupted"}, (FoundFailure("failed", "runs until its limit"),)),
+        ("orphaned", {"orphaned_goals": 1}, (FoundFailure("orphaned"),)),
+        ("collision", {"collisions": 2}, (FoundFailure("collision"),)),
         ("anything", {}, ()),
         (
             "anything",
             {"collisions": 1, "orphaned_goals": 1, "outcome": "failure"},
             (
-                MissionFailure("collision"),
-                MissionFailure("orphaned"),
-                MissionFailure("failed", "failure"),
+                FoundFailure("collision"),
+                FoundFailure("orphaned"),
+                FoundFailure("failed", "failure"),
             ),
         ),
         ("anything", {"outcome": "error", "collisions": 1}, ()),
     ],
 )
 def test_what_is_found(
-    aim: Aim, changes: dict[str, object], result: tuple[MissionFailure, ...]
+    aim: Aim, changes: dict[str, object], result: tuple[FoundFailure, ...]
 ) -> None:
     """Only what is searched for; a run that could not run shows nothing."""
     assert Guide(aim, USUAL).failures(replace(USUAL, **changes)) == result  # type: ignore[arg-type]
@@ -140,11 +140,11 @@ def test_what_breaks_an_assumption_does_not_count() -> None:
 
 def test_the_same_failure_may_end_sooner() -> None:
     """Of a violation the end of its run does not matter; of a failed mission it does."""
-    violated = MissionFailure("violated", "far", "drive", "too slow")
-    assert violated.is_like(MissionFailure("violated", "far"))
-    assert not violated.is_like(MissionFailure("violated", "slow"))
-    assert not MissionFailure("failed", "drive", "drive", "too slow").is_like(
-        MissionFailure("failed", "drive")
+    violated = FoundFailure("violated", "far", "drive", "too slow")
+    assert violated.is_like(FoundFailure("violated", "far"))
+    assert not violated.is_like(FoundFailure("violated", "slow"))
+    assert not FoundFailure("failed", "drive", "drive", "too slow").is_like(
+        FoundFailure("failed", "drive")
     )
 
 

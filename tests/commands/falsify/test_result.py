@@ -12,7 +12,7 @@ from bt_mission.base.verdicts import RequirementResult
 from bt_mission.base.yaml.document import read_text
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.commands.falsify.candidate import Candidate
-from bt_mission.commands.falsify.guide import CLEARANCE, CLEARANCE_FORMULA, MissionFailure
+from bt_mission.commands.falsify.guide import CLEARANCE, CLEARANCE_FORMULA, FoundFailure
 from bt_mission.commands.falsify.result import scenario_data, sentence
 from bt_mission.commands.falsify.search import Counterexample
 from bt_mission.commands.falsify.session import load_search
@@ -30,7 +30,7 @@ FAULT = parse_fault("at 3.0: spawn_box 1.0")
 def found_in(base: BaseScenario, kind: Any, candidate: Candidate, **changes: Any) -> Counterexample:
     """Return a find."""
     of_it = row(candidate.concrete(base, 0), -0.1)
-    return Counterexample(candidate, replace(of_it, **changes), MissionFailure(kind, "drive"))
+    return Counterexample(candidate, replace(of_it, **changes), FoundFailure(kind, "drive"))
 
 
 def data_of(base: BaseScenario, counterexample: Counterexample, folder: Path) -> dict[str, Any]:
@@ -153,7 +153,7 @@ BOX = parse_fault("at 3.0: spawn_box 1.0 left -0.2")
     ("failure", "report", "candidate", "expected"),
     [
         (
-            MissionFailure("violated", "keeps its distance"),
+            FoundFailure("violated", "keeps its distance"),
             REPORT,
             Candidate(faults=(BOX,)),
             (
@@ -162,7 +162,7 @@ BOX = parse_fault("at 3.0: spawn_box 1.0 left -0.2")
             ),
         ),
         (
-            MissionFailure("collision"),
+            FoundFailure("collision"),
             REPORT,
             Candidate(7, faults=(BOX, parse_fault("at 4.5: drop scan share 0.5 lasting 2"))),
             (
@@ -171,13 +171,13 @@ BOX = parse_fault("at 3.0: spawn_box 1.0 left -0.2")
             ),
         ),
         (
-            MissionFailure("orphaned"),
+            FoundFailure("orphaned"),
             REPORT,
             Candidate(values={"speed": 0.25, "start.x": 1.0, "start.y": 0.5, "start.yaw": 90.0}),
             "a goal is orphaned: no server confirms the end with speed=0.25 and start=(1, 0.5, 90)",
         ),
         (
-            MissionFailure("failed", "drive"),
+            FoundFailure("failed", "drive"),
             FAILED,
             Candidate(),
             (
@@ -186,7 +186,7 @@ BOX = parse_fault("at 3.0: spawn_box 1.0 left -0.2")
             ),
         ),
         (
-            MissionFailure("failed", "runs until its limit"),
+            FoundFailure("failed", "runs until its limit"),
             replace(REPORT, status="interrupted"),
             Candidate(),
             "the mission has not ended at 20 s without any fault",
@@ -194,7 +194,7 @@ BOX = parse_fault("at 3.0: spawn_box 1.0 left -0.2")
     ],
 )
 def test_a_sentence(
-    failure: MissionFailure, report: Report, candidate: Candidate, expected: str
+    failure: FoundFailure, report: Report, candidate: Candidate, expected: str
 ) -> None:
     """It says what, by how much, when, and under which conditions."""
     assert sentence(failure, report, candidate) == expected

@@ -9,7 +9,7 @@ import pytest
 
 from bt_mission.base.yaml.document import read_text
 from bt_mission.commands.falsify.candidate import Candidate
-from bt_mission.commands.falsify.guide import MissionFailure
+from bt_mission.commands.falsify.guide import FoundFailure
 from bt_mission.commands.falsify.search import Counterexample, Search
 from bt_mission.commands.falsify.simplify import rounder_numbers, simplify
 from bt_mission.commands.falsify.space import SearchSpace
@@ -33,7 +33,7 @@ def simplified(search: Search, texts: tuple[str, ...], most: int = 150) -> Candi
     candidate = Candidate(99, {"speed": 0.237}, faults)
     of_it = row(candidate.concrete(search.base, 1), -0.1)
     search.state.counterexamples = [
-        Counterexample(candidate, of_it, MissionFailure("violated", "keeps its distance"))
+        Counterexample(candidate, of_it, FoundFailure("violated", "keeps its distance"))
     ]
     file = RangesFile(read_text("inputs: {speed: 0.1..0.25}"))
     space = SearchSpace(search.base, file.ranges, file.parameters, 20.0)
