@@ -102,7 +102,7 @@ class ActionLeaf(ClientLeaf):
             silence=values.limit(node.feedback_timeout),
             cancel=cancel,
             condition=None if asked is None else values.condition("cancel_when", asked),
-            watch=None if asked is None else values.watch("cancel_when", asked),
+            variables=None if asked is None else values.watched("cancel_when", asked),
         )
 
     def update(self) -> Status:

@@ -15,6 +15,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.behaviours.runtime import MissionFailure, Scope, read_field
+from bt_mission.executive.goals.attempt import WatchedVariables
 from bt_mission.language.expressions.expression import Expression, Value, resolve
 from bt_mission.language.expressions.syntax import Comparison, Constant, Name
 from bt_mission.language.expressions.syntax import EvaluationScope as Evaluation
@@ -175,34 +176,26 @@ class Evaluator:
 
         return met
 
-    def watch(self, key: str, expression: Expression) -> Callable[[Any], str | None] | None:
-        """Return a function that evaluates a condition again once a variable of it has changed.
-
-        A condition on variables alone is also evaluated at once, without a message. None if it
-        reads no variable.
-        """
+    def watched(self, key: str, expression: Expression) -> WatchedVariables | None:
+        """Return the variables that a condition on messages reads; None if it reads none."""
         variables = self.scope.values
         names = tuple(dict.fromkeys(name.name for name in expression.references))
         if not any(name.variable or name.name in variables for name in expression.references):
             return None
         needs_message = not all(name.variable for name in expression.references)
-        met = self.condition(key, expression)
-        known = [variables.get(name) for name in names] if needs_message else None
+        condition = self.condition(key, expression)
 
-        def ask(message: Any) -> str | None:
-            nonlocal known
-            values = [variables.get(name) for name in names]
-            is_same = known is not None and all(map(is_, values, known))
-            if is_same or (needs_message and message is None):
-                return None
-            known = values
-            reason = met(message)
+        def values() -> tuple[Any, ...]:
+            return tuple(map(variables.get, names))
+
+        def met(message: Any) -> str | None:
+            reason = condition(message)
             if reason is None or needs_message:
                 return reason
-            read = zip(names, values, strict=True)
+            read = zip(names, values(), strict=True)
             return f"{reason} ({', '.join(f'{name} = {brief(value)}' for name, value in read)})"
 
-        return ask
+        return WatchedVariables(values, needs_message, met)
 
     def target(self, condition: Expression | None) -> tuple[str, float] | None:
         """The field and the bound of a condition such as ``current_image >= 5``."""

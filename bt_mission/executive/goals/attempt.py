@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from operator import is_
 from typing import Any
 
 from bt_mission.base.actions import REPLACED
@@ -33,6 +34,21 @@ REJECTED = "goal rejected: "
 
 
 @dataclass(frozen=True)
+class WatchedVariables:
+    """The variables of a condition, which is judged again once one of them has changed.
+
+    Attributes:
+        values: Returns their values.
+        needs_message: Whether the condition reads a message, too; else it is judged without one.
+        condition: Looks at the newest feedback; returns what was met, or None.
+    """
+
+    values: Callable[[], Sequence[Any]]
+    needs_message: bool
+    condition: Callable[[Any], str | None]
+
+
+@dataclass(frozen=True)
 class Limits:
     """Limits of one attempt, in seconds of ROS time; None is no limit.
 
@@ -43,8 +59,7 @@ class Limits:
         silence: Between two feedback messages.
         cancel: From a cancel request to the confirmed end.
         condition: Looks at each feedback; a text that says what was met cancels the goal.
-        watch: Looks at the newest feedback, or None, in each poll of a goal under way: what the
-            condition reads besides may have changed.
+        variables: Those of the condition: compared in each poll of a goal under way.
     """
 
     server: float = 5.0
@@ -53,7 +68,7 @@ class Limits:
     silence: float | None = None
     cancel: float = 3.0
     condition: Callable[[Any], str | None] | None = None
-    watch: Callable[[Any], str | None] | None = None
+    variables: WatchedVariables | None = None
 
 
 @dataclass(frozen=True)
@@ -129,6 +144,8 @@ class Attempt:
         self._cause_text = ""
         self._next_server_check_ns = now_ns
         self._due_ns = now_ns
+        watched = limits.variables
+        self._values = watched.values() if watched and watched.needs_message else None
         self.goal: Goal | None = None
         self.ending: AttemptResult | None = None
 
@@ -180,7 +197,7 @@ class Attempt:
         goal = self.goal
         return (
             now_ns < self._due_ns
-            and self._limits.watch is None
+            and self._limits.variables is None
             and goal is not None
             and goal.phase is Phase.ACTIVE
             and not goal.unread
@@ -324,9 +341,19 @@ class Attempt:
             if met:
                 self._cancel(Cause.CONDITION, met, now_ns)
                 return
-        met = self._limits.watch(goal.feedback) if self._limits.watch else None
-        if met:
+        if met := self._met_anew(goal.feedback):
             self._cancel(Cause.CONDITION, met, now_ns)
+
+    def _met_anew(self, feedback: Any) -> str | None:
+        """Return what the condition meets since a variable of it has changed."""
+        watched = self._limits.variables
+        if watched is None or (watched.needs_message and feedback is None):
+            return None
+        values = watched.values()
+        if self._values is not None and all(map(is_, values, self._values)):
+            return None
+        self._values = values
+        return watched.condition(feedback)
 
     def _check_limits(self, now_ns: int) -> None:
         limits, accepted_ns = self._limits, self._accepted_ns

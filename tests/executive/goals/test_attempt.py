@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.executive.goals.attempt import Attempt, Limits
+from bt_mission.executive.goals.attempt import Attempt, Limits, WatchedVariables
 from bt_mission.executive.goals.goal import NO_CALLBACK, GoalStatus
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.language.outcome import Outcome
@@ -75,6 +75,25 @@ def test_a_goal_under_way_is_quiet_but_for_news_and_limits(server: Any) -> None:
     server.cancel()
     assert run.tick() is Outcome.CANCELED_BY_TIMEOUT
     assert not run.attempt.is_quiet(run.now)
+
+
+def test_an_attempt_that_is_put_back_judges_a_change_again(server: Any) -> None:
+    """A proof puts it back, and tries another way: the values that it compares are its own."""
+    variables = {"most": 9.0}
+    watched = WatchedVariables(
+        lambda: (variables["most"],), True, lambda way: "far" if way > variables["most"] else None
+    )
+    run = Run(server, variables=watched)
+    accepted(run, server)
+    server.feed(5.0)
+    run.tick()
+    before, less = dict(vars(run.attempt)), 1.0
+    for _ in range(2):
+        variables["most"] = 9.0
+        vars(run.attempt).update(before)
+        variables["most"] = less
+        run.tick()
+        assert run.attempt.stage == "canceling"
 
 
 def test_success(run: Run, server: Any) -> None:
