@@ -12,6 +12,13 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished, Image, Observation
 
 
+def load_formats() -> None:
+    """Load Pillow: with the first picture, it would hold the servers while the robot moves."""
+    from PIL import Image as Picture  # noqa: PLC0415 - checks of goals load this module, too
+
+    Picture.preinit()
+
+
 def encoded(image: Image, form: str, **settings: int) -> bytes:
     """Return an image as a file of a format of Pillow, such as ``PNG``, with settings of that."""
     from PIL import Image as Picture  # noqa: PLC0415 - checks of goals load this module, too

@@ -11,6 +11,7 @@ from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
+from action_servers.camera.camera import load_formats
 from action_servers.core.action import Action, ServerContext, lacks_part
 from action_servers.core.checks import missing
 from action_servers.core.executive_watch import ExecutiveLimits
@@ -97,6 +98,7 @@ class ServersNode(RobotNode):
 
     def __init__(self, robot: RobotModel, options: ServerOptions) -> None:
         super().__init__(NODE_NAME, options)
+        load_formats()
         sensors = self.declare_all(SensorWiring())
         commands = self.declare_all(CommandWiring.of_type(options.command_type))
         robot = limited(self, robot)

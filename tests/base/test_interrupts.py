@@ -75,8 +75,8 @@ def test_a_third_signal_interrupts_what_hangs():
 
 
 def limited(call: Callable[[], object]) -> None:
-    """Call something again and again, for a tenth of a second."""
-    with interrupted_after(0.1):
+    """Call something again and again, for half a second: a busy machine may give less of it."""
+    with interrupted_after(0.5):
         while True:
             call()
 
@@ -86,7 +86,7 @@ def test_code_that_computes_has_processor_time() -> None:
     begin_s = time.process_time()
     with pytest.raises(TookTooLong):
         limited(int)
-    assert time.process_time() - begin_s >= 0.1
+    assert time.process_time() - begin_s >= 0.5
     with pytest.raises(TookTooLong):
         limited(signal.pause)
     with interrupted_after(5.0):

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import os
-import resource
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.output import OutputFile, new_file, write_file
+from tests.support.full_disk import full_after
 
 OLD = b"the only copy"
 
@@ -24,17 +22,6 @@ def old(tmp_path: Path) -> Path:
     path = tmp_path / "page.html"
     path.write_bytes(OLD)
     return path
-
-
-@contextmanager
-def full_after(size: int) -> Iterator[None]:
-    """No file of this process grows beyond a size, bytes: as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def names_in(folder: Path) -> list[str]:

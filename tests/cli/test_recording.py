@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LiveGraph
 from tests.support.command_line import CommandLine
+from tests.support.full_disk import process_full_after
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recorded_runs import messages_for_others
 from tests.support.thorough import sample
@@ -72,10 +72,10 @@ def test_a_full_disk_is_reported_at_the_end(option: str, file: str, limit: int, 
     """The mission itself succeeds; what was asked for did not."""
     done = subprocess.run(
         [sys.executable, "-m", "bt_mission", "run", "m.yaml", option, file],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
         capture_output=True,
         text=True,
         check=False,
+        **process_full_after(limit),
     )
     assert done.returncode == 1
     assert done.stdout.splitlines()[-1].startswith(words)

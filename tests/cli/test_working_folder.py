@@ -76,8 +76,8 @@ def marks(tmp_path: Path, recording: bytes) -> Path:
     (tmp_path / "m.yaml").write_text(MISSION)
     (tmp_path / "safe.yaml").write_text("requirements: {slow: always speed < 1}\n")
     (tmp_path / "run.mcap").write_bytes(recording)
-    for each in LINES.values():
-        each.prepare(tmp_path)
+    for prepare in dict.fromkeys(each.prepare for each in LINES.values()):
+        prepare(tmp_path)
     return marks
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import resource
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ from bt_mission.executive.events.log import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
 from bt_mission.executive.trace import Trace, TraceFile
 from bt_mission.executive.trace_diff import first_difference
+from tests.support.full_disk import full_after
 
 S = 1_000_000_000
 
@@ -280,14 +280,10 @@ def test_a_full_disk_ends_the_file_and_nothing_else() -> None:
 def test_a_disk_that_gets_full_is_told_with_the_time(tmp_path: Path) -> None:
     """Of the first line that the file lacks, since the first event."""
     trace, path = traced(Trace(), started()), tmp_path / "a.jsonl"
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     with TraceFile(trace, path) as file:
         traced(trace, LogLine(2 * S, "kept"))
-        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, limits[1]))
-        try:
+        with full_after(path.stat().st_size):
             traced(trace, LogLine(5 * S // 2, "lost"), LogLine(3 * S, "lost, too"))
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert file.missing == "everything after 1.5 s (File too large)"
     assert [event["event"] for event in read_trace(path).events] == ["start", "log"]
 

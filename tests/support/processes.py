@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import resource
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bt_mission.testing.live_graph import LOCAL, command
+from tests.support.full_disk import process_full_after
 
 PATIENCE_S = 280.0
 """How long a test waits for another process: for ever, as far as a loaded machine goes.
@@ -62,12 +62,11 @@ def printed_beside_libraries(*arguments: str) -> str:
     """Return the output of a command while Fast DDS prints errors, for want of shared memory."""
     done = subprocess.run(
         command(*arguments),
-        env=os.environ | LOCAL,
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
         check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)),
+        **process_full_after(1024, os.environ | LOCAL),
     )
     assert done.returncode == 0
     assert "RTPS" in done.stderr

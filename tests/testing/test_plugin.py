@@ -84,6 +84,7 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
         "bt_mission",
         "bt_mission.base",
         "bt_mission.base.commands",
+        "bt_mission.base.entry_points",
         "bt_mission.base.lazy",
         "bt_mission.base.text",
         "bt_mission.testing",

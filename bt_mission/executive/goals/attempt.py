@@ -341,13 +341,13 @@ class Attempt:
             if met:
                 self._cancel(Cause.CONDITION, met, now_ns)
                 return
-        if met := self._met_anew(goal.feedback):
+        watched = self._limits.variables
+        if watched is not None and (met := self._met_anew(watched, goal.feedback)):
             self._cancel(Cause.CONDITION, met, now_ns)
 
-    def _met_anew(self, feedback: Any) -> str | None:
+    def _met_anew(self, watched: WatchedVariables, feedback: Any) -> str | None:
         """Return what the condition meets since a variable of it has changed."""
-        watched = self._limits.variables
-        if watched is None or (watched.needs_message and feedback is None):
+        if watched.needs_message and feedback is None:
             return None
         values = watched.values()
         if self._values is not None and all(map(is_, values, self._values)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import shutil
 import subprocess
 import sys
@@ -16,6 +15,7 @@ from bt_mission.cli import main
 from bt_mission.commands.fork.command import fork_shown
 from bt_mission.executive.stored_trace import read_trace
 from tests.support.command_line import CommandLine
+from tests.support.full_disk import process_full_after
 from tests.support.project import ROOT
 from tests.support.recordings import edited, with_facts
 from tests.support.thorough import sample
@@ -310,10 +310,10 @@ def test_a_fork_with_an_incomplete_file_fails(run: Path) -> None:
     words = ["fork", str(run), "--at", "1", "--record", str(run.with_name("full.mcap"))]
     done = subprocess.run(
         [sys.executable, "-m", "bt_mission", *words],
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000)),
         capture_output=True,
         text=True,
         check=False,
+        **process_full_after(8000),
     )
     assert (done.returncode, "identical: all" in done.stdout) == (1, True)
     assert "full.mcap; it lacks everything after 0.0 s (File too large)" in done.stdout

@@ -21,7 +21,7 @@ REFUSING = SimpleNamespace(
 @pytest.mark.parametrize(
     ("variable", "glfw", "expected"),
     [
-        (None, None, r"no display here .*bt-mission watch.*--video"),
+        (None, None, r"no display here .*bt-mission watch.*--report"),
         ("DISPLAY", REFUSING, r"can be opened \(X11: Failed to open display :99\)"),
         ("WAYLAND_DISPLAY", None, "no window can be opened"),
     ],

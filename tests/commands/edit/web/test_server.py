@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import resource
 import select
 import subprocess
 import sys
@@ -20,6 +19,7 @@ import pytest
 from bt_mission.commands.edit.web.server import EditServer
 from bt_mission.commands.edit.web.workspace import Workspace
 from bt_mission.views.web.server import WebOptions
+from tests.support.full_disk import full_after
 from tests.support.web_pages import fetch, play_with
 from tests.support.web_scenes import played
 
@@ -325,14 +325,10 @@ async def test_a_full_disk_is_named_and_leaves_no_part_of_a_file(
     client: Client, tmp_path: Path
 ) -> None:
     """Neither beside the file nor in its place."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
-    try:
+    with full_after(10_000):
         text = TEXT + "# more\n" * 5_000
         kept = await client.ask("check", name="m.yaml", text=text)
         saved = await client.ask("save", name="m.yaml", text=text, base=TEXT)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert "File too large" in kept["lost"]
     assert "File too large" in saved["error"]
     assert names_in(tmp_path) == ["m.yaml"]
