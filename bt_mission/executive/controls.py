@@ -40,7 +40,7 @@ class MissionControls:
     def running(self) -> Executive:
         """The executive of the running mission; raises BtMissionError without one."""
         executive = self._current()
-        if executive is None or executive.status is not MissionStatus.RUNNING:
+        if executive is None or not executive.status.is_active:
             raise BtMissionError("no mission is running", code="BT-916")
         return executive
 
@@ -97,20 +97,22 @@ class MissionControls:
 
 
 def _pause(executive: Executive, *, keep_goals: bool) -> str:
+    if executive.status is MissionStatus.RECOVERING:
+        raise BtMissionError("the mission is being resumed; try again when it runs", code="BT-916")
     executive.pause("paused on request", keep_goals=keep_goals)
     running = ", ".join(f"'{leaf.name}'" for leaf in executive.running_leaves)
     return "paused" + (f"; still running: {running}" if running else "")
 
 
 def _resume(executive: Executive) -> str:
-    if executive.paused is None:
+    if executive.status is not MissionStatus.PAUSED:
         raise BtMissionError("the mission is not paused", code="BT-916")
     executive.resume()
     return "resumed"
 
 
 def _step(executive: Executive) -> str:
-    if executive.paused is None:
+    if executive.status is not MissionStatus.PAUSED:
         raise BtMissionError("the mission is not paused; pause it first", code="BT-916")
     executive.step()
     return "stepped one tick"

@@ -74,9 +74,6 @@ class Executive:
         BtMissionError: A node cannot be set up, for example because of an unknown action type.
     """
 
-    is_done = False
-    """Whether the mission has ended, with every goal accounted for."""
-
     def __init__(
         self,
         root: Behaviour,
@@ -91,6 +88,7 @@ class Executive:
         """Identifies the run."""
         self.status = MissionStatus.RUNNING
         self.reason = ""
+        """Why it is paused, or has ended."""
         self.ticks = 0
         self.cycles = 0
         self.started_ns = 0
@@ -101,8 +99,6 @@ class Executive:
         """Whether it failed because a server took this process for dead. A journal can then be
         resumed.
         """
-        self.paused: str | None = None
-        """Why it is paused; None if it is not."""
         self.steps = 0
         """The number of calls of :meth:`step`."""
         self.verdict = MissionStatus.FAILURE
@@ -123,14 +119,12 @@ class Executive:
         self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
         """Wrappers of each tick's walk, for callers that need every node that it visits."""
         self._raised = (self.events.raised, trace.lines.raised)
-        self._has_started = self._keep_goals = False
-        self._under_way: tuple[str, ...] = ()
+        self._has_started = self._keep_goals = self._is_step_due = False
         self._known = dict.fromkeys(self.paths, Status.INVALID)
         self._running: dict[Behaviour, None] = {}
         self._reset: list[Behaviour] = []
         """Nodes that had ended and have been reset in this tick."""
         self._walk: Iterator[Behaviour] | None = None
-        self._steps = 0
         self._recovery: Recovery | None = None
         self.breakpoints = Breakpoints(self.paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
@@ -156,6 +150,11 @@ class Executive:
                 node.resets = self._reset
 
     @property
+    def is_done(self) -> bool:
+        """Whether the mission has ended, with every goal accounted for."""
+        return self.status.is_final
+
+    @property
     def now_ns(self) -> int:
         """ROS time, ns; during a tick, the time of its start."""
         return self._runtime.now_ns
@@ -172,7 +171,7 @@ class Executive:
 
     def tick(self) -> None:
         """Tick the tree once, or wait until the last goals have ended."""
-        if self.is_done:
+        if self.status.is_final:
             return
         self.cycles += 1
         now_ns = self._runtime.now_ns
@@ -180,7 +179,7 @@ class Executive:
         if now_ns and not self._has_started:
             self.announce(self.started_ns or now_ns)
         self._beat(now_ns)
-        if self.paused is not None:
+        if self.status is MissionStatus.PAUSED:
             self._note_pause()
         raised, by_lines = self._raised
         raised += self.after_tick.notify()
@@ -198,15 +197,14 @@ class Executive:
             )
 
     def _beat(self, now_ns: int) -> None:
-        if self._recovery is not None:
-            self._recover(self._recovery)
-        elif self.status is MissionStatus.RUNNING:
+        if self.status is MissionStatus.RECOVERING:
+            self._recover()
+        elif self.status is MissionStatus.RUNNING or self._is_step_due:
             self.started_ns = self.started_ns or now_ns
-            if self.paused is None or self._steps > 0:
-                self._steps = 0
-                self._tick_tree()
-            else:
-                self._supervise_goals()
+            self._is_step_due = False
+            self._tick_tree()
+        elif self.status is MissionStatus.PAUSED:
+            self._supervise_goals()
         elif self.cleanups.is_pending:
             for node in self.cleanups.walk():
                 if node.status is not self._known[node]:
@@ -227,28 +225,29 @@ class Executive:
 
     def resume_from(self, recovery: Recovery) -> None:
         """Begin where another process stood, instead of at the root."""
-        self._recovery = recovery
+        self._recovery, self.status = recovery, MissionStatus.RECOVERING
+        self.mission_state.state = self.state_event()
 
     def interrupt(self, reason: str) -> None:
         """Halt the tree and cancel every goal; later ticks wait until they end."""
-        if self.status is MissionStatus.RUNNING:
+        if self.status.is_active:
             self._end(MissionStatus.INTERRUPTED, reason)
         elif self.status is MissionStatus.OBSERVING:
             self._cut_observation(reason)
 
     def fail(self, reason: str) -> None:
         """End the mission as failed for a reason from outside the tree."""
-        if self.status is MissionStatus.RUNNING:
+        if self.status.is_active:
             self._end(MissionStatus.FAILURE, reason)
 
     def abandon(self, reason: str) -> None:
         """End at once, without waiting; the reason names the orphaned goals."""
-        if self.is_done:
+        if self.status.is_final:
             return
         if self.status is MissionStatus.OBSERVING:
             self._cut_observation(reason)
             return
-        if self.status is MissionStatus.RUNNING:
+        if self.status.is_active:
             self._end(MissionStatus.FAILURE, reason)
         else:
             self.reason = "; ".join(filter(None, (self.reason, reason)))
@@ -282,10 +281,9 @@ class Executive:
                 around them, can still cancel them, and the next tick reads the outcome. Otherwise
                 they are cancelled now, and their leaves start again after the pause.
         """
-        if self.status is not MissionStatus.RUNNING:
+        if self.status not in (MissionStatus.RUNNING, MissionStatus.PAUSED):
             return
-        self.paused = reason
-        self._keep_goals = keep_goals
+        self.status, self.reason, self._keep_goals = MissionStatus.PAUSED, reason, keep_goals
         self._emit_state()
         if not keep_goals:
             for leaf in self._goal_leaves:
@@ -295,24 +293,25 @@ class Executive:
 
     def resume(self) -> None:
         """Continue after a pause."""
-        if self.paused is not None and self.status is MissionStatus.RUNNING:
-            self.paused = None
+        if self.status is MissionStatus.PAUSED:
+            self.status, self.reason, self._is_step_due = MissionStatus.RUNNING, "", False
             self._emit_state()
 
     def step(self) -> None:
         """While paused: run one tick, or the rest of the tick that a breakpoint stopped."""
-        self._steps = 1
-        self.steps += 1
+        if self.status is MissionStatus.PAUSED:
+            self._is_step_due = True
+            self.steps += 1
 
     # ---- revising ------------------------------------------------------------------------
 
     @property
     def why_not_revisable(self) -> str:
         """Why the tree cannot be exchanged now; empty if it can."""
-        if self.status is not MissionStatus.RUNNING:
-            return f"the mission is {self.status}: only a running mission can change"
-        if self._recovery is not None:
+        if self.status is MissionStatus.RECOVERING:
             return "the mission is being resumed; try again when it runs"
+        if not self.status.is_active:
+            return f"the mission is {self.status}: only a running mission can change"
         if self._walk is not None:
             return "a breakpoint holds the mission within a tick; step or resume it first"
         return ""
@@ -398,27 +397,26 @@ class Executive:
     def state_event(self) -> StateChanged:
         """Return the present state as an event."""
         is_observing = self.status is MissionStatus.OBSERVING
-        is_paused = self.paused is not None and self.status is MissionStatus.RUNNING
+        is_paused = self.status is MissionStatus.PAUSED
         return StateChanged(
             self._runtime.now_ns,
             self.run,
             self.mission,
-            "paused" if is_paused else str(self.status),
-            self.reason if self.paused is None else self.paused,
-            () if self.paused is None else self._runtime.ledger.describe_under_way(),
-            self.paused is not None and self._keep_goals,
+            str(self.status),
+            self.reason,
+            self._runtime.ledger.describe_under_way() if is_paused else (),
+            is_paused and self._keep_goals,
             str(self.verdict) if is_observing else "",
             self.observe_s if is_observing else 0.0,
         )
 
     def _emit_state(self, *, is_update: bool = False) -> None:
-        event = self.state_event()
-        self._under_way = event.under_way
-        self.events.emit(replace(event, is_update=is_update))
+        self.events.emit(replace(self.state_event(), is_update=is_update))
 
     def _note_pause(self) -> None:
         """Emit which goals are still under way in a pause, whenever that changes."""
-        if self._runtime.ledger.describe_under_way() != self._under_way:
+        known = self.mission_state.state
+        if known is None or self._runtime.ledger.describe_under_way() != known.under_way:
             self._emit_state(is_update=True)
 
     def _end_by_callbacks(self) -> None:
@@ -426,7 +424,7 @@ class Executive:
         if self.status is MissionStatus.ENDING:
             return  # `_finish` names them
         broken = "; ".join(self._take_raised())
-        if self.is_done:
+        if self.status.is_final:
             self.reason = "; ".join(filter(None, (self.reason, broken)))
             self._emit_state()
         self.fail(broken)
@@ -491,16 +489,18 @@ class Executive:
         self._note_halted()
         self.pause(AT_BREAKPOINT.format(node.name))
 
-    def _recover(self, recovery: Recovery) -> None:
+    def _recover(self) -> None:
+        assert self._recovery is not None, "its status says so"
         try:
-            if not recovery.is_done():
+            if not self._recovery.is_done():
                 return
-            recovery.finish(self.paths)
+            self._recovery.finish(self.paths)
         except BtMissionError as error:
             self._end(MissionStatus.FAILURE, f"cannot be resumed: {error}")
             return
-        self._recovery = None
+        self.status, self._recovery = MissionStatus.RUNNING, None
         self.started_ns = self._runtime.now_ns
+        self._emit_state()
         for node in self.paths:
             if node.status is not self._known[node]:
                 self._note(node)
@@ -538,7 +538,8 @@ class Executive:
         """Stop what runs, and wait from now on for the goals that are still open."""
         reason = "; ".join(filter(None, (reason, *self.cleanups.halt_tree(self.root))))
         self.status, self.verdict, self.reason = MissionStatus.ENDING, verdict, reason
-        self.paused = self._walk = self._recovery = None
+        self._walk = self._recovery = None
+        self._is_step_due = False
         self._note_halted()
         self._emit_state()
 
@@ -565,7 +566,7 @@ class Executive:
         for what in (line for lines in self.untested for line in lines()):
             self.events.emit(NotTested(self._runtime.now_ns, what))
         self._add_wrong(self.flaws())
-        self.status, self.is_done = self.verdict, True
+        self.status = self.verdict
         self._emit_state()
 
     def _cut_observation(self, reason: str) -> None:

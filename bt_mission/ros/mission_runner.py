@@ -161,7 +161,7 @@ class MissionRunner(MissionRuntime):
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             self.end_without_node()
-            if not self.executive.is_done:
+            if not self.executive.status.is_final:
                 why = "its caller has left"
                 self.halt(why if kind is None else f"{why}: {kind.__name__}")
                 see_to_the_end(self)
@@ -171,7 +171,7 @@ class MissionRunner(MissionRuntime):
     @property
     def status(self) -> MissionStatus:
         """The state of the mission; a mission whose node was destroyed has failed."""
-        is_cut_off = not self.executive.is_done and self._is_node_gone
+        is_cut_off = not self.executive.status.is_final and self._is_node_gone
         return MissionStatus.FAILURE if is_cut_off else self.executive.status
 
     def report(self) -> Report:
@@ -290,7 +290,7 @@ class MissionRunner(MissionRuntime):
         try:
             super().tick()
         finally:
-            if self.executive.is_done:
+            if self.executive.status.is_final:
                 self._note_end()
             if self._after_tick is not None:
                 self._release()
@@ -318,7 +318,7 @@ class MissionRunner(MissionRuntime):
         """Take the topics for tools over from an earlier mission on this node that has ended."""
         before = _with_controls.get(id(self.node))
         if before is not None and before.node is self.node:
-            if not before.executive.is_done:
+            if not before.executive.status.is_final:
                 name = self.node.get_fully_qualified_name()
                 raise BtMissionError(
                     f"mission '{before.mission.name}' runs on {name} and has its topics for tools: "
@@ -336,5 +336,5 @@ class MissionRunner(MissionRuntime):
             waiting.set_result(None)
 
     def _note_end(self) -> None:
-        if self._wall_s is None and self.executive.is_done:
+        if self._wall_s is None and self.executive.status.is_final:
             self._wall_s = self._wall.elapsed_s

@@ -72,7 +72,7 @@ class MissionRuntime:
 
         So has a mission whose node was destroyed: nothing ticks it any more.
         """
-        return self.executive.is_done or self._is_node_gone
+        return self.executive.status.is_final or self._is_node_gone
 
     @property
     def now_ns(self) -> int:
@@ -94,7 +94,7 @@ class MissionRuntime:
 
     def end_without_node(self) -> None:
         """End a mission whose node was destroyed: it can only fail."""
-        if not self.executive.is_done and self._is_node_gone:
+        if not self.executive.status.is_final and self._is_node_gone:
             self.executive.abandon("its node was destroyed")
 
     def variables(self) -> dict[str, Any]:

@@ -70,7 +70,7 @@ class RequirementWatch:
         monitors, executive = self._monitors, self._runner.executive
         if monitors is None:
             return ()
-        if executive.is_done:
+        if executive.status.is_final:
             monitors.finish(is_complete=executive.status is not MissionStatus.INTERRUPTED)
         return tuple(map(self._joined, self._runner.mission.requirements, monitors.results))
 
@@ -100,7 +100,7 @@ class RequirementWatch:
         if self._monitors is not None:
             self._monitors.step(self._runner.now_ns - executive.started_ns)
         self.signals.forget()
-        if executive.is_done:
+        if executive.status.is_final:
             self.results()
 
     def emit_changes(self) -> None:
@@ -112,7 +112,7 @@ class RequirementWatch:
         if self._monitors is None or (
             runner.now_ns < self._next_ns
             and violated == self._violated_then
-            and not runner.executive.is_done
+            and not runner.executive.status.is_final
         ):
             return
         self._next_ns, self._violated_then = runner.now_ns + PERIOD_NS, violated

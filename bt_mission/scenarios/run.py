@@ -12,7 +12,6 @@ from typing import TypeAlias
 from bt_mission.base.clock_watch import UNATTENDED_S
 from bt_mission.base.stamps import NS
 from bt_mission.executive.report import Report
-from bt_mission.executive.status import MissionStatus
 from bt_mission.scenarios.coverage.record import CoverageRecord
 from bt_mission.scenarios.faults.located import planned_on
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
@@ -112,7 +111,7 @@ def attend(stage: Stage, scenario: Scenario) -> None:
     def look() -> None:
         nonlocal cycles
         is_over = executive.cycles != cycles and stage.now_ns >= end_ns
-        if is_over and executive.status is MissionStatus.RUNNING:
+        if is_over and executive.status.is_active:
             executive.interrupt(TIME_IS_UP)
         cycles = executive.cycles
 

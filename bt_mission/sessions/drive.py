@@ -13,7 +13,6 @@ from bt_mission.base.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report
-from bt_mission.executive.status import MissionStatus
 from bt_mission.sessions.session import Onlooker, Run, Session
 
 R = TypeVar("R")
@@ -124,13 +123,13 @@ def driving(
         leaves = [_statistics(run) for run in session.runs]
         pacer = Pacer(speed, session.start_ns)
         is_paced = speed is not None and session.now_ns >= paced_from_ns
-        running = {run: run.executive for run in session.runs if not run.executive.is_done}
+        running = {run: run.executive for run in session.runs if not run.executive.status.is_final}
         executives = running.values()
         while running:
             if not _step(session, executives, onlookers, interrupts):
                 break
             for run, executive in tuple(running.items()):
-                if executive.is_done:
+                if executive.status.is_final:
                     del running[run]
                     ended_s[run] = wall.elapsed_s
             if speed is not None and not is_paced and session.now_ns >= paced_from_ns:
@@ -188,7 +187,7 @@ def _interrupt(executives: Iterable[Executive], reason: str) -> None:
 
 def _fail(executives: Iterable[Executive], reason: str) -> None:
     for executive in executives:
-        if executive.status is MissionStatus.RUNNING:
+        if executive.status.is_active:
             executive.fail(reason)
         else:
             executive.abandon(reason)

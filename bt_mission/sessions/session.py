@@ -165,7 +165,7 @@ class Session:
     @property
     def is_done(self) -> bool:
         """Whether every mission has ended, with every goal accounted for."""
-        return all(run.executive.is_done for run in self.runs)
+        return all(run.executive.status.is_final for run in self.runs)
 
     @property
     def now_ns(self) -> int:

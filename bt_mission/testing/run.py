@@ -222,7 +222,7 @@ class Run(Assertions):
 
     @property
     def status(self) -> str:
-        """``running``, ``ending``, ``observing``, ``success``, ``failure`` or ``interrupted``."""
+        """The :class:`~bt_mission.executive.status.MissionStatus`, such as ``running``."""
         return str(self.stage.executive.status)
 
     @property

@@ -105,7 +105,7 @@ def test_a_breakpoint_pauses_before_its_node_starts(ros: Any) -> None:
     answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", node="turn")
     assert (answer.success, list(answer.breakpoints)) == (True, ["turn"])
     ros.run(5.0)
-    assert (node.executive.paused, turn.goals) == ("breakpoint at 'turn'", [])
+    assert (node.executive.reason, turn.goals) == ("breakpoint at 'turn'", [])
     trigger(ros, "resume")
     ros.until(lambda: turn.goals)
     turn.goal.succeed()

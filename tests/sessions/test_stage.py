@@ -179,7 +179,7 @@ def test_a_step_lets_nobody_drive_past_a_limit(
     )
     executive = run.stage.executive
     executive.breakpoints.add("drive")
-    run.until(lambda _: executive.paused)
+    run.until(lambda _: executive.status == "paused")
     executive.step()
     run.advance(20.0)
     assert (executive.mission_state.status, executive.mission_state.explanation) == (

@@ -165,7 +165,7 @@ def test_requests_are_done_and_answered_at_once(tmp_path: Path):
         assert watcher.ask(Verb.STEP) == "the mission is not paused; pause it first"
         kept = "paused; still running: 'explore_forward'"
         assert watcher.ask(Verb.PAUSE_KEEPING_GOALS) == kept
-        assert (watcher.mission.status, executive.paused) == ("paused", "paused on request")
+        assert (watcher.mission.status, executive.reason) == ("paused", "paused on request")
         why = "paused on request; still running: 'explore_forward'"
         assert watcher.mission.conclusion == ("paused", why)
         assert watcher.ask(Verb.BREAK, "0.2") == "pauses before '0.2'"

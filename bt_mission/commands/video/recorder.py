@@ -15,7 +15,6 @@ from bt_mission.commands.video.panel import Captions, PanelLeaf, panel
 from bt_mission.executive.behaviours.leaves import progress_of
 from bt_mission.executive.events.events import Event, GoalChanged, LogLine
 from bt_mission.executive.goals.poses import NamedPose
-from bt_mission.executive.status import MissionStatus
 from bt_mission.sessions.session import Session
 
 FPS = 20
@@ -181,8 +180,7 @@ class VideoRecorder:
         session, executive = self._session, self._session.executive
         driven = session.runs[0].distance_travelled_m or 0.0
         counts = f"goals sent: {executive.goals_sent}, collisions: {session.runs[0].collisions}"
-        is_running = executive.status is MissionStatus.RUNNING
-        leaves = executive.running_leaves if is_running else []
+        leaves = executive.running_leaves if executive.status.is_active else []
         return Captions(
             mission=session.mission.name,
             seconds=(session.now_ns - session.start_ns) / 1e9,

@@ -228,7 +228,9 @@ class VariableChanged(Event):
 
 @dataclass(frozen=True, slots=True)
 class StateChanged(Event):
-    """The mission's state: idle, running, paused, ending, observing, or one of :data:`FINAL`.
+    """The mission's state.
+
+    It is idle, recovering, running, paused, ending, observing, or one of :data:`FINAL`.
 
     Attributes:
         reason: Why it is paused, observed or ended.

@@ -133,6 +133,8 @@ def possible_verbs(status: str) -> tuple[Verb, ...]:
         return ()
     if status == "paused":
         return (Verb.RESUME, Verb.STEP, Verb.STOP, Verb.BREAK)
+    if status == "recovering":
+        return (Verb.STOP, Verb.BREAK)
     return (Verb.PAUSE, Verb.PAUSE_KEEPING_GOALS, Verb.STOP, Verb.BREAK)
 
 

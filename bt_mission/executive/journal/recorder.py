@@ -135,7 +135,7 @@ class JournalRecorder:
             return  # the journal has what the mission resumes from
         if self._executive.is_resumable:
             return  # it can resume from before the tick that ended it
-        if self._executive.is_done or self._executive.status is MissionStatus.OBSERVING:
+        if self._executive.status.is_final or self._executive.status is MissionStatus.OBSERVING:
             if not self._has_ended:
                 end = {"status": str(self._executive.verdict), "reason": self._executive.reason}
                 self._write({("about", "end"): end})

@@ -10,7 +10,6 @@ from py_trees.common import Status
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.events.events import Event, NodeChanged, TreeRevised
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.composites import WhenNode
 from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
@@ -84,7 +83,7 @@ class CoverageWatch:
         node = self._executive.nodes[event.node]
         if not isinstance(node, ActionLeaf):
             return
-        if node.was_halted and self._executive.status is MissionStatus.RUNNING:
+        if node.was_halted and self._executive.status.is_active:
             halted = self._built.get(node)
             outcome = "" if halted is None else _outcome(halted)
             if halted is not None and outcome:

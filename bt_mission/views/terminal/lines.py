@@ -55,12 +55,13 @@ class ControlLines:
         if executive.steps != self._steps:
             self._steps = executive.steps
             yield "mission stepped"
-        pause = "" if executive.paused is None else executive.mission_state.explanation
+        is_paused = executive.status is MissionStatus.PAUSED
+        pause = executive.mission_state.explanation if is_paused else ""
         if pause != self._pause:
             self._pause = pause
             if pause:
                 yield "  ".join(filter(None, mission_state("paused", pause)))
-            elif executive.status is MissionStatus.RUNNING:
+            elif executive.status.is_active:
                 yield "mission running"
 
 

@@ -46,6 +46,7 @@ LONGEST_NAME = 32
 """Characters of a requirement's name before its result."""
 
 STATE_STATUSES = {
+    "recovering": Status.RUNNING,
     "running": Status.RUNNING,
     "ending": Status.RUNNING,
     "observing": Status.RUNNING,

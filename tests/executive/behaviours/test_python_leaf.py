@@ -157,7 +157,7 @@ def test_a_behaviour_with_children_has_them_in_the_tree(play: Any, write: Any) -
         points.add("one")
     points.add("0.0")
     assert run.tick() == "IIIII"
-    assert run.executive.paused == "breakpoint at 'Pair'"
+    assert run.executive.reason == "breakpoint at 'Pair'"
     run.executive.resume()
     assert run.tick() == "SSSSS"
     assert run.logged == ["both"]

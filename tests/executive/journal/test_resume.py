@@ -13,6 +13,8 @@ import pytest
 from bt_mission.base.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.verdicts import RequirementResult
+from bt_mission.executive.controls import MissionControls
+from bt_mission.executive.events.source import ControlRequest, Verb
 from bt_mission.executive.goals.goal import Event, Goal, Phase
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
@@ -312,6 +314,25 @@ def test_without_the_server_of_a_goal_in_flight_nothing_goes_on(begun: Any) -> N
         "not running; start it, then resume again"
     )
     assert path.read_bytes() == before
+
+
+def test_a_mission_that_recovers_can_be_stopped_only(begun: Any) -> None:
+    """Its status says so until the goals in flight have ended; then it runs."""
+    life, path = begun("turn: {angle: 9}", ticks=2)
+    again = Life("mission: m\ntree:\n  turn: {angle: 9}\n", path, life.world)
+    executive, server = again.play.executive, again.play.goal_client("turn", "")
+    server.ready = False
+    again.tick()
+    controls = MissionControls(lambda: executive)
+    refused = "the mission is being resumed; try again when it runs"
+    assert (executive.mission_state.status, executive.why_not_revisable) == ("recovering", refused)
+    assert [controls.perform(ControlRequest(verb)).text for verb in (Verb.PAUSE, Verb.STEP)] == [
+        refused,
+        "the mission is not paused; pause it first",
+    ]
+    server.ready = True
+    again.tick()
+    assert (executive.status, executive.mission_state.status) == ("running", "running")
 
 
 def test_a_clock_that_leaps_is_no_wait_for_servers(begun: Any) -> None:

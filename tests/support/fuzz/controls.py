@@ -216,11 +216,11 @@ class Play(ProgramPlay):
         executive = self.executive
         assert executive is not None, f"{name} of no mission has succeeded"
         if name == "pause":
-            assert executive.paused is not None, "a pause that pauses nothing"
+            assert executive.status == "paused", "a pause that pauses nothing"
         if name == "resume":
-            assert executive.paused is None, "paused after a resume"
+            assert executive.status == "running", "paused after a resume"
         if name == "stop":
-            assert executive.status != "running", "runs after a stop"
+            assert not executive.status.is_active, "runs after a stop"
 
     def _goal(self) -> str:
         goal = ExecuteMission.Goal()

@@ -231,13 +231,13 @@ class Play(ProgramPlay):
             case 0:
                 self.executive.interrupt("stopped")
                 return "interrupt"
-            case 1 if self.executive.paused is not None:
+            case 1 if self.executive.status == "paused":
                 self.executive.resume()
                 return "resume"
-            case 2 if self.executive.paused is not None:
+            case 2 if self.executive.status == "paused":
                 self.executive.step()
                 return "step"
-            case 3 | 4 as how if not self.executive.is_done and self.executive.status == "running":
+            case 3 | 4 as how if self.executive.status.is_active:
                 self.executive.pause("fuzz", keep_goals=how == 3)
                 return "pause"
         return "nothing"

@@ -17,7 +17,7 @@ import { FAILING, STATUSES, byId, element, seconds } from "./words.js";
 const ARMED_MS = 5000;
 const TICK_MS = 200; // between two drawings of times that only go on
 const NOTICE_MS = 8000;
-const STATE_STYLES = { running: "running", ending: "running", observing: "running", success: "success", failure: "failure", interrupted: "failure", violated: "failure", "not exercised": "failure", untested: "failure", paused: "paused" };
+const STATE_STYLES = { recovering: "running", running: "running", ending: "running", observing: "running", success: "success", failure: "failure", interrupted: "failure", violated: "failure", "not exercised": "failure", untested: "failure", paused: "paused" };
 const REPLAY_KEYS = { p: "play", r: "reverse", s: "change-on", S: "change-back", "+": "faster", "-": "slower", F: "fork" };
 const LIVE_KEYS = { p: "pause", P: "pause_keeping_goals", r: "resume", s: "step", x: "stop", b: "breakpoint" };
 
