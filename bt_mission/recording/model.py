@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.events.events import NodeInfo
+from bt_mission.recording.goal_lives import RecordedGoal
 
 Floats = npt.NDArray[np.float64]
 Times = npt.NDArray[np.int64]
@@ -99,38 +100,6 @@ class RecordedGrid:
     x: float
     y: float
     cells: npt.NDArray[np.int8]
-
-
-@dataclass
-class RecordedGoal:
-    """The life of a goal. Times are None for what has not happened, or is missing.
-
-    `status` is ``succeeded``, ``canceled``, ``aborted``, ``unknown``, ``rejected``, or empty;
-    `values` and `result` are the fields of the messages.
-    """
-
-    id: str
-    action: str
-    type_name: str = ""
-    owner: str = ""
-    sent_ns: int | None = None
-    accepted_ns: int | None = None
-    rejected_ns: int | None = None
-    handed_over_ns: int | None = None
-    """When its leaf released it."""
-    cancel_ns: int | None = None
-    ended_ns: int | None = None
-    given_up_ns: int | None = None
-    status: str = ""
-    values: Mapping[str, Any] = field(default_factory=dict)
-    result: Mapping[str, Any] | None = None
-    feedback: list[tuple[int, Mapping[str, Any]]] = field(default_factory=list)
-
-    @property
-    def end_ns(self) -> int | None:
-        """When it ended, was rejected, or was given up."""
-        known = (self.ended_ns, self.rejected_ns, self.given_up_ns)
-        return next((time_ns for time_ns in known if time_ns is not None), None)
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from py_trees.common import Status
 
-from bt_mission.cdr.decoder import DecodedMessage, DecodingError
-from bt_mission.cdr.definitions import action_of
 from bt_mission.executive.events.events import (
     GoalChanged,
     NodeChanged,
@@ -20,6 +16,7 @@ from bt_mission.executive.events.events import (
     TreeRevised,
 )
 from bt_mission.recording.facts import RunFacts
+from bt_mission.recording.goal_lives import GoalLives
 from bt_mission.recording.happenings import (
     ExecutiveMessage,
     GoalMessage,
@@ -30,102 +27,9 @@ from bt_mission.recording.happenings import (
     TraceLine,
     fold,
 )
-from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
+from bt_mission.recording.model import Picture, RecordedLine, RecordedRun, Span
 from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
-
-STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
-"""By the numbers of ``action_msgs/msg/GoalStatus``; others are not final."""
-
-GOAL_ID_BYTES = 16
-
-
-class GoalLives:
-    """Takes in what concerns goals, in the order of time."""
-
-    def __init__(self) -> None:
-        self._goals: dict[str, RecordedGoal] = {}
-
-    @property
-    def lives(self) -> tuple[RecordedGoal, ...]:
-        """All goals, in the order of their first message."""
-        return tuple(self._goals.values())
-
-    def take(self, time_ns: int, happening: GoalMessage) -> None:
-        """Take a message between an action's client and its server."""
-        action = happening.action
-        match happening.part:
-            case "feedback":
-                message = happening.message
-                goal = self._goal(message.goal_id, action)
-                goal.feedback.append((time_ns, _fields(message.feedback)))
-            case "send_goal/_service_event":
-                type_name = happening.channel.type_name
-                self._take_send(action, type_name, time_ns, happening.message)
-            case "get_result/_service_event":
-                self._take_result(action, time_ns, happening.message)
-            case "cancel_goal/_service_event":
-                self._take_cancel(action, time_ns, happening.message)
-
-    def take_change(self, time_ns: int, event: GoalChanged) -> None:
-        """Handle a change that the executive reports."""
-        goal = self._of(event.id, event.action)
-        goal.owner = event.owner
-        match event.change:
-            case "sent" | "found again":
-                goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
-            case "released":
-                goal.handed_over_ns = time_ns
-            case "abandoned":
-                goal.given_up_ns = time_ns
-            case "ended" if event.state == "rejected" and goal.rejected_ns is None:
-                goal.rejected_ns, goal.status = time_ns, "rejected"
-
-    def _take_send(
-        self, action: str, type_name: str, time_ns: int, message: DecodedMessage
-    ) -> None:
-        for request in message.request:
-            goal = self._goal(request.goal_id, action)
-            goal.type_name = action_of(type_name)
-            goal.values = _fields(request.goal)
-            if goal.sent_ns is None:
-                goal.sent_ns = time_ns
-            for answer in message.response:
-                if answer.accepted:
-                    goal.accepted_ns = time_ns
-                else:
-                    goal.rejected_ns, goal.status = time_ns, "rejected"
-
-    def _take_result(self, action: str, time_ns: int, message: DecodedMessage) -> None:
-        for request in message.request:
-            for answer in message.response:
-                goal = self._goal(request.goal_id, action)
-                goal.ended_ns = time_ns
-                goal.status = STATUSES.get(answer.status, "unknown")
-                goal.result = _fields(answer.result)
-
-    def _take_cancel(self, action: str, time_ns: int, message: DecodedMessage) -> None:
-        if message.response:
-            return
-        for request in message.request:
-            goal = self._goal(request.goal_info.goal_id, action)
-            goal.cancel_ns = time_ns if goal.cancel_ns is None else goal.cancel_ns
-
-    def _goal(self, goal_id: DecodedMessage, action: str) -> RecordedGoal:
-        if np.shape(goal_id.uuid) != (GOAL_ID_BYTES,):
-            raise DecodingError(f"a goal's id is expected to have {GOAL_ID_BYTES} bytes")
-        return self._of(bytes(goal_id.uuid).hex(), action)
-
-    def _of(self, goal_id: str, action: str) -> RecordedGoal:
-        return self._goals.setdefault(goal_id, RecordedGoal(goal_id, action))
-
-
-def _fields(message: Any) -> DecodedMessage:
-    """Return the fields of a goal, a result or a feedback, without its envelope."""
-    if not isinstance(message, DecodedMessage):
-        raise DecodingError(f"expected a message, got {type(message).__name__}")
-    return message
-
 
 WORDS = {
     Status.INVALID: "halted",

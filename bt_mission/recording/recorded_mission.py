@@ -1,4 +1,4 @@
-"""The state of a recorded mission at an instant: its nodes, goals and variables."""
+"""The signals of a recorded mission at an instant: a fold over its state."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from bt_mission.executive.events.events import (
     TreeRevised,
     VariableChanged,
 )
+from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.outcome import Outcome
 from bt_mission.recording.happenings import (
@@ -59,23 +60,21 @@ class RecordedMission:
         topics: Mapping[str, str],
         nodes: Iterable[NodeInfo],
     ) -> None:
-        self.ending = ""
-        """The final status of the mission, of :data:`FINAL`; empty before its end."""
-        self.variables: dict[str, Plain | None] = {}
+        self._state = MissionState()
+        if tree is not None:
+            self._state.apply(tree)
+        self._values: dict[str, tuple[str, Plain | None]] = {}
+        """The values of variables, with their JSON."""
         self._node = node
-        self._nodes: tuple[NodeInfo, ...] = () if tree is None else tree.nodes
         self._of_all_versions = tuple(nodes)
-        self._indices = {recorded.path: index for index, recorded in enumerate(self._nodes)}
+        self._indices: dict[str, int] = {}
         self._has_trace = f"{node}/{TRACE}" in topics and bool(self._nodes)
         self._topics = topics
-        self._status = [Status.INVALID] * len(self._nodes)
         self._numbers: dict[str, list[int]] = {}
         """The indices of the nodes with a name or path."""
         self._seen: defaultdict[int, set[Status]] = defaultdict(set)
         """Statuses that nodes have had since the last instant."""
         self._collisions: int | None = None
-        self._open: dict[str, str] = {}
-        """The actions of goals that have not ended."""
         self._sent: dict[str, str] = {}
         """Goals that no leaf has yet, by the names of their leaves."""
         self._goals: dict[int, str] = {}
@@ -85,6 +84,16 @@ class RecordedMission:
         """Goals that have ended with a result, so that they had been accepted."""
         self._feedback: dict[str, Any] = {}
         self._wants_feedback = self._wants_poses = False
+        self._number_nodes()
+
+    @property
+    def ending(self) -> str:
+        """The final status of the mission, of :data:`FINAL`; empty before its end."""
+        return self._state.status if self._state.status in FINAL else ""
+
+    @property
+    def _nodes(self) -> tuple[NodeInfo, ...]:
+        return () if self._state.tree is None else self._state.tree.nodes
 
     def reader(self, signal: SignalValue) -> Reader | str:
         """Return what gives a signal's present value, or why it is not known here."""
@@ -92,13 +101,13 @@ class RecordedMission:
             return "the recording contains no mission"
         name, arguments = signal.name, signal.arguments
         if name == "$":
-            return lambda: self.variables.get(arguments[0])
+            return lambda: self._variable(arguments[0])
         if name in STATUSES:
             return self._node_status(STATUSES[name], arguments[0])
         if not self._has_trace:
             return "the recording has no trace of the mission"
         makers: Mapping[str, Callable[..., Reader | str]] = {
-            "open_goals": lambda: lambda: len(self._open),
+            "open_goals": lambda: lambda: len(self._open_goals()),
             **{each: partial(partial, self._goals_at, part) for each, part in GOALS_AT.items()},
             "collisions": self._count_collisions,
             "outcome": self._outcome,
@@ -107,7 +116,19 @@ class RecordedMission:
         return makers[name](*arguments)
 
     def _goals_at(self, part: str) -> int:
-        return goals_at(part, self._open.values())
+        return goals_at(part, self._open_goals())
+
+    def _open_goals(self) -> list[str]:
+        """Return the actions of the goals that have not ended."""
+        return [goal.action for goal in self._state.goals.values() if not goal.is_ended]
+
+    def _variable(self, name: str) -> Plain | None:
+        text = self._state.variables.get(name)
+        if text is None:
+            return None
+        if name not in self._values or self._values[name][0] != text:
+            self._values[name] = text, _value(text)
+        return self._values[name][1]
 
     def wants(self, happening: RecordedMessage) -> bool:
         """Return whether a message is needed."""
@@ -141,43 +162,36 @@ class RecordedMission:
 
     def _take(self, event: Event) -> None:
         match event:
+            case PoseSampled():
+                self._collisions = event.collisions
+            case NodeChanged() | TreeRevised() | GoalChanged() | StateChanged() | VariableChanged():
+                self._state.apply(event)  # resets are left out: a node counts as it ended
+        match event:
             case NodeChanged():
                 self._note(event)
             case TreeRevised():
                 self._revise(event)
-            case PoseSampled():
-                self._collisions = event.collisions
             case GoalChanged(id=goal, change="sent"):
-                self._open[goal] = event.action
                 self._sent[event.owner] = goal
-            case GoalChanged(id=goal, change="found again"):
-                self._open[goal] = event.action
-            case GoalChanged(id=goal, change="ended"):
-                self._open.pop(goal, None)
-                if event.state != "rejected":
-                    self._ended_accepted.add(goal)
-            case StateChanged(status=status):
-                self.ending = status if status in FINAL else ""
-            case VariableChanged():
-                self.variables[event.name] = _value(event.value)
+            case GoalChanged(id=goal, change="ended", state=state) if state != "rejected":
+                self._ended_accepted.add(goal)
 
     def _revise(self, event: TreeRevised) -> None:
         """Continue with the tree of a revision."""
-        before = list(self._status)
-        self._status[:] = [before[index] if index >= 0 else Status.INVALID for index in event.kept]
         self._outcomes.move({index: new for new, index in enumerate(event.kept) if index >= 0})
         self._goals = {
             new: self._goals[index] for new, index in enumerate(event.kept) if index in self._goals
         }
-        self._nodes = event.nodes
-        self._indices = {node.path: index for index, node in enumerate(event.nodes)}
         self._seen.clear()
+        self._number_nodes()
+
+    def _number_nodes(self) -> None:
+        self._indices = {node.path: index for index, node in enumerate(self._nodes)}
         for name, indices in self._numbers.items():
             indices[:] = self._numbered(name)
 
     def _note(self, event: NodeChanged) -> None:
         index, status = event.node, event.status
-        self._status[index] = status
         self._outcomes.note(index, status, _outcome_in(event.message, status))
         self._seen[index].add(status)
         if status is Status.RUNNING:
@@ -193,11 +207,11 @@ class RecordedMission:
         return [at for at, node in enumerate(self._nodes) if name in (node.name, node.path)]
 
     def _node_status(self, status: Status, node: str) -> Reader | str:
-        nodes, known, seen = self._named(node), self._status, self._seen
+        nodes, state, seen = self._named(node), self._state, self._seen
         if not self._known(node):
             return f"the recorded mission has no node {quoted(node)}"
         return lambda: any(
-            known[index] is status or status in seen.get(index, ()) for index in nodes
+            state.statuses[index] is status or status in seen.get(index, ()) for index in nodes
         )
 
     def _count_collisions(self) -> Reader:
@@ -249,14 +263,14 @@ class RecordedMission:
     def _goal_of(self, leaf: int) -> str:
         """Return the newest goal of a leaf; empty without one."""
         name = self._nodes[leaf].name
-        if self._status[leaf] is Status.RUNNING and name in self._sent:
+        if self._state.statuses[leaf] is Status.RUNNING and name in self._sent:
             self._goals[leaf] = self._sent.pop(name)  # sent while it ran already
         return self._goals.get(leaf, "")
 
     def _newest(self, node: str, field: str) -> Callable[[], Any]:
         def value() -> Any:
             for leaf in self._leaves(node):
-                if self._status[leaf] is Status.RUNNING:
+                if self._state.statuses[leaf] is Status.RUNNING:
                     return field_of(self._feedback.get(self._goal_of(leaf)), field)
             return None
 

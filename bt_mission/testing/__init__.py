@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bt_mission.scenarios.faults import FaultInstance, Faults
     from bt_mission.scenarios.faults.errors import ScenarioError
     from bt_mission.sessions.scripted_server import ScriptedGoal, ScriptedServer
-    from bt_mission.testing.history import GoalLife, Recorded
+    from bt_mission.testing.history import Recorded, TestedGoal
     from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
     from bt_mission.testing.programs import ProgramRun
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 __all__ = [
     "FaultInstance",
     "Faults",
-    "GoalLife",
     "LiveGraph",
     "Moment",
     "NeverHeldError",
@@ -37,6 +36,7 @@ __all__ = [
     "ScriptedGoal",
     "ScriptedServer",
     "Stages",
+    "TestedGoal",
 ]
 
 __getattr__ = lazy_names(
@@ -44,7 +44,7 @@ __getattr__ = lazy_names(
     {
         "FaultInstance": "bt_mission.scenarios.faults",
         "Faults": "bt_mission.scenarios.faults",
-        "GoalLife": "bt_mission.testing.history",
+        "TestedGoal": "bt_mission.testing.history",
         "LiveGraph": "bt_mission.testing.live_graph",
         "Moment": "bt_mission.testing.moment",
         "NeverHeldError": "bt_mission.testing.run",

@@ -10,7 +10,7 @@ import json
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -18,11 +18,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.base.stamps import NS
 from bt_mission.base.text import escape_control, seconds
-from bt_mission.executive.events.codec import phase_of
 from bt_mission.executive.events.events import Event, GoalChanged, NodeChanged, TreeRevised
+from bt_mission.executive.events.goal_life import GoalLife
 from bt_mission.executive.events.log import UNICODE, line_of
-from bt_mission.executive.goals.goal import Phase
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.errors import RunVariables
 
@@ -32,34 +32,33 @@ Pose = tuple[float, float, float]
 ENDS = (Status.SUCCESS, Status.FAILURE)
 
 
-@dataclass
-class GoalLife:
-    """One goal, as far as it got.
+@dataclass(eq=False)
+class TestedGoal(GoalLife):
+    """One goal of a test's run; its changes have the time since the start."""
 
-    Args:
-        action: Resolved name of the action.
-        owner: Name of the leaf.
-        events: Each with its time, s since the start, and the goal's phase after it.
-    """
-
-    id: str
-    action: str
-    owner: str
-    events: list[tuple[float, str, Phase]] = field(default_factory=list)
-    status: str | None = None
+    __test__ = False
 
     @property
     def sent_s(self) -> float:
         """When it was sent, s since the start."""
-        return self.events[0][0]
+        return self.changes[0][0] / NS
 
     @property
     def ended_s(self) -> float | None:
         """When its end was confirmed; None while it has not been."""
-        return next((time_s for time_s, what, _ in self.events if what == "ended"), None)
+        ended_ns = self.change_ns("ended")
+        return None if ended_ns is None else ended_ns / NS
+
+    @property
+    def status(self) -> str | None:
+        """The status of its result; None without one."""
+        newest = self.changes[-1][1]
+        return newest.state if newest.is_ended and newest.state != "rejected" else None
 
     def __str__(self) -> str:
-        lives = ", ".join(f"{what} at {seconds(time_s)}" for time_s, what, _ in self.events)
+        lives = ", ".join(
+            f"{event.change} at {seconds(time_ns / NS)}" for time_ns, event in self.changes
+        )
         end = f": {self.status}" if self.status else ""
         return f"{self.action} goal {self.id[:8]} of '{self.owner}' ({lives}){end}"
 
@@ -120,8 +119,8 @@ class History:
         self._indices = stage.executive.indices
         self.paths = {node: stage.executive.path_of(node) for node in self.nodes}
         self.changes: list[NodeChanged] = []
-        self.goals: dict[str, GoalLife] = {}
-        self.goal_events: list[tuple[float, str, GoalLife]] = []
+        self.goals: dict[str, TestedGoal] = {}
+        self.goal_changes: list[tuple[str, TestedGoal]] = []
         self.logged_lines: list[tuple[float, str]] = []
         self.events: list[str] = list(stage.trace.newest)
         self._changes_of: defaultdict[int, list[int]] = defaultdict(list)
@@ -131,7 +130,7 @@ class History:
 
     def seconds(self, time_ns: int) -> float:
         """Virtual time since the start, s."""
-        return (time_ns - self.start_ns) / 1e9
+        return (time_ns - self.start_ns) / NS
 
     def variables(self) -> Mapping[str, Any]:
         """Return the mission's variables as they are now, however they change later."""
@@ -209,10 +208,6 @@ class History:
                 self._take_goal(event)
 
     def _take_goal(self, event: GoalChanged) -> None:
-        life = self.goals.get(event.id)
-        if life is None:
-            life = self.goals[event.id] = GoalLife(event.id, event.action, event.owner)
-        time_s = self.seconds(event.time_ns)
-        life.events.append((time_s, event.change, Phase(phase_of(event))))
-        life.status = event.state if event.is_ended and event.state != "rejected" else None
-        self.goal_events.append((time_s, event.change, life))
+        life = self.goals.setdefault(event.id, TestedGoal(event.id, event.action, event.owner))
+        life.take(event, event.time_ns - self.start_ns)
+        self.goal_changes.append((event.change, life))

@@ -13,7 +13,7 @@ from py_trees.common import Status
 from bt_mission.base.text import seconds
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
-from bt_mission.testing.history import GoalLife, History, Pose, Recorded
+from bt_mission.testing.history import History, Pose, Recorded, TestedGoal
 
 
 class MomentSource(Protocol):
@@ -112,7 +112,7 @@ class Moment:
     variables: Mapping[str, Any]
     _changes: int
     """How many changes of status happened until then; so for goals and log lines."""
-    _goal_events: int
+    _goal_changes: int
     _line_count: int
     _state: Any
     """Of the simulation, for what is worked out later."""
@@ -133,7 +133,7 @@ class Moment:
             collisions=sim.collisions,
             variables=history.variables(),
             _changes=len(history.changes),
-            _goal_events=len(history.goal_events),
+            _goal_changes=len(history.goal_changes),
             _line_count=len(history.logged_lines),
             _state=sim.record(),
         )
@@ -209,17 +209,17 @@ class Moment:
         )
 
     @property
-    def goals(self) -> tuple[GoalLife, ...]:
+    def goals(self) -> tuple[TestedGoal, ...]:
         """The goals sent so far, with their later states."""
-        events = self._run.history.goal_events[: self._goal_events]
-        return tuple(dict.fromkeys(life for _, what, life in events if what == "sent"))
+        changes = self._run.history.goal_changes[: self._goal_changes]
+        return tuple(dict.fromkeys(life for change, life in changes if change == "sent"))
 
     @property
     def open_goals(self) -> tuple[str, ...]:
         """Actions of the goals that had been sent and had not ended."""
         live: dict[str, str] = {}
-        for _, what, life in self._run.history.goal_events[: self._goal_events]:
-            if what == "ended":
+        for change, life in self._run.history.goal_changes[: self._goal_changes]:
+            if change == "ended":
                 live.pop(life.id, None)
             else:
                 live[life.id] = life.action

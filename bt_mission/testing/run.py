@@ -25,7 +25,7 @@ from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.testing.assertions import Assertions, holds
 from bt_mission.testing.failure_recording import FailureRecording
-from bt_mission.testing.history import GoalLife, History, Pose, Recorded
+from bt_mission.testing.history import History, Pose, Recorded, TestedGoal
 from bt_mission.testing.moment import Condition, Moment
 
 Action = Callable[["Run"], Any]
@@ -249,7 +249,7 @@ class Run(Assertions):
         return report_on(self.mission, stage.executive, stage.trace, self.t, 0.0, results, warnings)
 
     @property
-    def goals(self) -> tuple[GoalLife, ...]:
+    def goals(self) -> tuple[TestedGoal, ...]:
         """Every goal sent, in order."""
         return tuple(self.history.goals.values())
 

@@ -124,12 +124,13 @@ def test_the_robot_and_its_goals(stage: Any) -> None:
     assert turning.open_goals == ("/turn",)
     run.until_done()
     drive, turn = run.goals
+    assert turning.goals == (drive, turn)
     assert (drive.action, drive.status, turn.status) == (
         "/explore_forward",
         "succeeded",
         "succeeded",
     )
-    assert [what for _, what, _ in turn.events] == ["sent", "ended"]
+    assert [event.change for _, event in turn.changes] == ["sent", "ended"]
     assert drive.ended_s is not None
     assert drive.ended_s <= turn.sent_s
     assert run.now.pose[2] == pytest.approx(1.571, abs=0.05)

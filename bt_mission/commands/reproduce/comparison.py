@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bt_mission.commands.reproduce.evidence import Evidence, Path2D
-from bt_mission.commands.reproduce.goals import SUCCEEDED
+from bt_mission.recording.goal_lives import RecordedGoal
 
 STEP_S = 0.1
 NEAR_M = 0.1
@@ -205,17 +205,17 @@ def outcome_of(evidence: Evidence) -> str:
     if not goals:
         return "any"
     last = goals[-1]
-    if last.outcome == SUCCEEDED:
+    if last.outcome == "succeeded":
         return "success"
     is_open = last.outcome == "lost" and last.served_end_ns is None and not last.cancels
-    if is_open and last.is_answered and _ends_at_once(evidence, last.last_feedback_ns):
+    if is_open and last.answered_ns and _ends_at_once(evidence, last):
         return "interrupted"
     return "failure"
 
 
-def _ends_at_once(evidence: Evidence, last_ns: int | None) -> bool:
+def _ends_at_once(evidence: Evidence, goal: RecordedGoal) -> bool:
     """Return whether a recording ends while a goal is under way."""
     moves = evidence.commands[np.abs(evidence.commands[:, 1:]).sum(axis=1) > 1e-6]
-    newest = -math.inf if last_ns is None else evidence.since_start(last_ns)
+    newest = evidence.since_start(goal.feedback[-1][0]) if goal.feedback else -math.inf
     newest = max(newest, float(moves[-1, 0]) if len(moves) else -math.inf)
     return evidence.end_s - newest < 0.3

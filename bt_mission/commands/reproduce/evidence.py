@@ -18,10 +18,10 @@ import numpy.typing as npt
 from bt_mission.base.geometry import Pose2D, composed, wrap, yaw_of
 from bt_mission.base.stamps import NS
 from bt_mission.base.stamps import to_ns as stamp_ns
-from bt_mission.commands.reproduce.goals import GoalTrace, GoalTraces
 from bt_mission.executive.events.messages import ZoneDisc
 from bt_mission.executive.events.reader import transforms, zones
 from bt_mission.executive.events.robot_state import BASES, MAP_FRAME, Frames, frames_of, locate
+from bt_mission.recording.goal_lives import GoalLives, RecordedGoal
 from bt_mission.recording.happenings import (
     TRUTH,
     GoalMessage,
@@ -176,7 +176,7 @@ class EvidenceReader:
         self.largest_back_ns = 0
         self._newest_ns = 0
         self._namespace: str | None = None
-        self._goals = GoalTraces()
+        self._goals = GoalLives()
         self._odometry, self._truth, self._tf = Rows(6), Rows(4), Rows(4)
         self._commands, self._imu, self._wheels = Rows(3), Rows(2), Rows(3)
         self._battery = Rows(2)
@@ -355,14 +355,14 @@ class EvidenceReader:
             start_ns: ROS time of the start; None is that of the first goal, or else of the first
                 message.
         """
-        goals = self._goals.goals
+        goals = sorted(
+            (goal for goal in self._goals.lives if goal.start_ns), key=lambda goal: goal.start_ns
+        )
         first_ns = self._first_ns or 0
         if start_ns is None:
             start_ns = goals[0].start_ns - BEFORE_FIRST_GOAL_NS if goals else first_ns
         start_s = start_ns / NS
         odometry = _since(self._odometry.table(), start_s)
-        for goal in goals:
-            goal.type_name = goal.type_name or self._goals.type_of(goal.action)
         return Evidence(
             path=path,
             start_ns=start_ns,
@@ -474,7 +474,7 @@ class Evidence:
     mount: Pose2D
     grid: RecordedGrid | None
     zones: Sequence[ZoneDisc]
-    goals: Sequence[GoalTrace]
+    goals: Sequence[RecordedGoal]
     lines: Sequence[tuple[float, str]]
     plan_ends: Sequence[tuple[float, Pose2D]]
     ignored: Sequence[str]

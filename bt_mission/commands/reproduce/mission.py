@@ -13,9 +13,9 @@ import numpy as np
 from bt_mission.base.geometry import yaw_of
 from bt_mission.cdr.decoder import DecodedMessage
 from bt_mission.commands.reproduce.evidence import Evidence
-from bt_mission.commands.reproduce.goals import SUCCEEDED, GoalTrace
 from bt_mission.commands.reproduce.silences import IDLE_S, died_at, spans_where
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.recording.goal_lives import RecordedGoal
 
 LONGER = 3.0
 SHORTEST_LIMIT_S = 30.0
@@ -48,7 +48,7 @@ def mission_data(name: str, evidence: Evidence, robot: str) -> dict[str, Any]:
     }
 
 
-def _steps(evidence: Evidence, goals: Sequence[GoalTrace]) -> list[dict[str, Any]]:
+def _steps(evidence: Evidence, goals: Sequence[RecordedGoal]) -> list[dict[str, Any]]:
     steps: list[dict[str, Any]] = []
     names: dict[str, int] = {}
     groups = _groups(evidence, goals)
@@ -72,9 +72,9 @@ def _steps(evidence: Evidence, goals: Sequence[GoalTrace]) -> list[dict[str, Any
     return steps
 
 
-def _groups(evidence: Evidence, goals: Sequence[GoalTrace]) -> list[list[GoalTrace]]:
+def _groups(evidence: Evidence, goals: Sequence[RecordedGoal]) -> list[list[RecordedGoal]]:
     """Return the goals that were under way at the same time together."""
-    groups: list[list[GoalTrace]] = []
+    groups: list[list[RecordedGoal]] = []
     end = -math.inf
     for goal in goals:
         if groups and evidence.since_start(goal.start_ns) < end - 0.3:
@@ -85,32 +85,32 @@ def _groups(evidence: Evidence, goals: Sequence[GoalTrace]) -> list[list[GoalTra
     return groups
 
 
-def _end(evidence: Evidence, goal: GoalTrace) -> float:
+def _end(evidence: Evidence, goal: RecordedGoal) -> float:
     """Return when the client was done with a goal: at its end, or when it gave it up."""
-    if goal.cancels and not goal.is_rejected and goal.ended_ns is None:
+    if goal.cancels and not goal.was_refused and goal.result_ns is None:
         return evidence.since_start(goal.cancels[-1].asked_ns)
     return evidence.end_s if goal.end_ns is None else evidence.since_start(goal.end_ns)
 
 
 def _node(
-    evidence: Evidence, goal: GoalTrace, names: dict[str, int], *, is_last: bool
+    evidence: Evidence, goal: RecordedGoal, names: dict[str, int], *, is_last: bool
 ) -> dict[str, Any]:
     kind = _kind(goal)
     names[goal.action] = names.get(goal.action, 0) + 1
     name = f"{kind or goal.action.strip('/')} {names[goal.action]}"
     limit, is_canceled = _limit(evidence, goal)
-    is_known = goal.is_introspected and (kind not in PLACES or evidence.is_localised)
+    is_known = goal.requested_ns is not None and (kind not in PLACES or evidence.is_localised)
     values = _values(goal.values) if is_known else _guessed(evidence, goal, kind)
     if kind and values is not None:
         node = {kind: values, "name": name, "timeout": limit}
     else:
         node = _instead(evidence, goal, name)
-    if (is_canceled or goal.outcome != SUCCEEDED) and not is_last:
+    if (is_canceled or goal.outcome != "succeeded") and not is_last:
         return {"force": "success", "do": node}
     return node
 
 
-def _kind(goal: GoalTrace) -> str:
+def _kind(goal: RecordedGoal) -> str:
     """Return the kind of node of an action, whatever its namespace; empty if it has none."""
     last = goal.action.rpartition("/")[2]
     return next(
@@ -123,7 +123,7 @@ def _kind(goal: GoalTrace) -> str:
     )
 
 
-def _instead(evidence: Evidence, goal: GoalTrace, name: str) -> dict[str, Any]:
+def _instead(evidence: Evidence, goal: RecordedGoal, name: str) -> dict[str, Any]:
     """Return the path during a goal that the stage has no server for, or else its time."""
     begin, end = evidence.since_start(goal.start_ns), _end(evidence, goal)
     poses = way_between(evidence, begin, end)
@@ -138,20 +138,20 @@ def _place(evidence: Evidence, time_s: float) -> tuple[float, float]:
     return pose.x, pose.y
 
 
-def _limit(evidence: Evidence, goal: GoalTrace) -> tuple[float, bool]:
+def _limit(evidence: Evidence, goal: RecordedGoal) -> tuple[float, bool]:
     """Return the time-out of a goal, s, and whether its client canceled it at that time."""
     begin = goal.answered_ns or goal.start_ns
     died = died_at(evidence, goal)
     canceled = evidence.since_start(goal.cancels[0].asked_ns) if goal.cancels else math.inf
-    if goal.cancels and goal.is_answered and (died is None or died > canceled + IDLE_S):
+    if goal.cancels and goal.answered_ns is not None and (died is None or died > canceled + IDLE_S):
         return max(round((goal.cancels[0].asked_ns - begin) / 1e9, 2), 0.05), True
-    if not goal.is_introspected and goal.outcome == "canceled":
+    if goal.requested_ns is None and goal.outcome == "canceled":
         return max(round(_end(evidence, goal) - evidence.since_start(begin), 2), 0.05), True
     took = _end(evidence, goal) - evidence.since_start(begin)
     return round(max(SHORTEST_LIMIT_S, LONGER * took), 1), False
 
 
-def _guessed(evidence: Evidence, goal: GoalTrace, kind: str) -> dict[str, Any] | None:
+def _guessed(evidence: Evidence, goal: RecordedGoal, kind: str) -> dict[str, Any] | None:
     """Return a goal that the recording does not have, by what the robot did; None if unknown."""
     begin, end = evidence.since_start(goal.start_ns), _end(evidence, goal)
     first, last = evidence.track.pose(begin), evidence.track.pose(end)

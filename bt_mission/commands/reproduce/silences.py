@@ -11,7 +11,7 @@ from bt_mission.base.stamps import NS
 from bt_mission.base.text import seconds
 from bt_mission.commands.reproduce.diagnosed import DiagnosedFault, fault_at
 from bt_mission.commands.reproduce.evidence import Evidence
-from bt_mission.commands.reproduce.goals import GoalTrace
+from bt_mission.recording.goal_lives import RecordedGoal
 
 STEP_S = 0.05
 LATE_S = 0.15
@@ -133,18 +133,18 @@ def goal_faults(evidence: Evidence, silent: Sequence[DiagnosedFault]) -> Iterato
     Args:
         silent: The silences of sensors, for which servers reject goals.
     """
-    goals = [goal for goal in evidence.goals if goal.is_introspected]
+    goals = [goal for goal in evidence.goals if goal.requested_ns is not None]
     answers = [_late(goal.answered_ns, goal.sent_ns) for goal in goals]
-    results = [_late(goal.ended_ns, goal.served_end_ns) for goal in goals]
+    results = [_late(goal.result_ns, goal.served_end_ns) for goal in goals]
     usual_answer = median([late for late in answers if late is not None] or [0.0])
     usual_result = median([late for late in results if late is not None] or [0.0])
     for goal, answer, result in zip(goals, answers, results, strict=True):
         sent = evidence.since_start(goal.start_ns)
         action = goal.action.lstrip("/")
-        if goal.is_rejected:
+        if goal.was_refused:
             if not _is_blind(silent, sent):
                 yield _of_goal(sent, "reject_goals", action, "the goal is rejected", 0.85)
-        elif not goal.is_answered:
+        elif goal.answered_ns is None:
             yield from _unanswered(evidence, goal, sent, action)
         elif answer is not None and answer > max(LATE_S, usual_answer + LATE_SHARE):
             by = round(answer - usual_answer, 2)
@@ -183,7 +183,7 @@ def _of_goal(at: float, name: str, action: str, why: str, confidence: float) -> 
 
 
 def _unanswered(
-    evidence: Evidence, goal: GoalTrace, sent: float, action: str
+    evidence: Evidence, goal: RecordedGoal, sent: float, action: str
 ) -> Iterator[DiagnosedFault]:
     if evidence.end_s - sent < 0.5:
         return
@@ -195,9 +195,9 @@ def _unanswered(
         yield _of_goal(sent, "ignore_goals", action, why, 0.8)
 
 
-def _unfinished(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[DiagnosedFault]:
+def _unfinished(evidence: Evidence, goal: RecordedGoal, action: str) -> Iterator[DiagnosedFault]:
     """Yield why the result of an accepted goal is missing."""
-    if goal.status or goal.is_rejected or not goal.is_answered:
+    if goal.status or goal.was_refused or goal.answered_ns is None:
         return
     if goal.served_end_ns is not None:
         at = evidence.since_start(goal.served_end_ns)
@@ -215,14 +215,14 @@ def _unfinished(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[Di
         )
 
 
-def died_at(evidence: Evidence, goal: GoalTrace) -> float | None:
+def died_at(evidence: Evidence, goal: RecordedGoal) -> float | None:
     """Return when the server of an accepted goal was last active, if it disappears before its end.
 
     A server that serves a goal drives the base, or sends feedback.
     """
-    if goal.end_ns is not None or not goal.is_answered:
+    if goal.end_ns is not None or goal.answered_ns is None:
         return None
-    last_ns = max(goal.answered_ns or 0, goal.last_feedback_ns or 0)
+    last_ns = max(goal.answered_ns or 0, goal.feedback[-1][0] if goal.feedback else 0)
     at = _base_stops(evidence, evidence.since_start(last_ns))
     return at if evidence.end_s - at >= 0.3 else None
 
@@ -235,12 +235,12 @@ def _base_stops(evidence: Evidence, at: float) -> float:
     return float(after[-1, 0]) + STEP_S / 2 if len(after) else at + STEP_S / 2
 
 
-def _cancels(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[DiagnosedFault]:
+def _cancels(evidence: Evidence, goal: RecordedGoal, action: str) -> Iterator[DiagnosedFault]:
     for cancel in goal.cancels:
         at = evidence.since_start(cancel.asked_ns)
         was_over = goal.served_end_ns is not None and goal.served_end_ns <= cancel.asked_ns
         died = died_at(evidence, goal)
-        if was_over or not goal.is_answered or (died is not None and died < at + IDLE_S):
+        if was_over or goal.answered_ns is None or (died is not None and died < at + IDLE_S):
             continue
         if cancel.answered_ns is None:
             if evidence.end_s - at > LATE_S:
@@ -250,13 +250,13 @@ def _cancels(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[Diagn
             yield _of_goal(at, "refuse_cancels", action, why, 0.85)
 
 
-def _aborted(evidence: Evidence, goal: GoalTrace, action: str) -> Iterator[DiagnosedFault]:
+def _aborted(evidence: Evidence, goal: RecordedGoal, action: str) -> Iterator[DiagnosedFault]:
     """Yield an abort that its own result does not explain."""
     result = goal.result or {}
     code, message = result.get("error_code", None), str(result.get("error_msg", ""))
     if goal.status != "aborted" or message:
         return
-    at = evidence.since_start(goal.served_end_ns or goal.ended_ns or goal.start_ns)
+    at = evidence.since_start(goal.served_end_ns or goal.result_ns or goal.start_ns)
     yield DiagnosedFault(
         fault_at(at - STEP_S / 2, "abort_goal", action, *([int(code)] if code else [])),
         f"{action}: the server aborts the goal without a reason",

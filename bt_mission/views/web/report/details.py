@@ -11,7 +11,8 @@ import numpy as np
 from bt_mission.base.geometry import Pose2D
 from bt_mission.base.text import cut, escape_lines, number, seconds
 from bt_mission.executive.events.mission_state import MissionState
-from bt_mission.recording.model import RecordedGoal, RecordedRequirement, RecordedRun, Span
+from bt_mission.recording.goal_lives import RecordedGoal
+from bt_mission.recording.model import RecordedRequirement, RecordedRun, Span
 from bt_mission.views.web.encoding import shown
 from bt_mission.views.web.report.figures import (
     charts,
@@ -150,8 +151,8 @@ def _goal(run: RecordedRun, goal: RecordedGoal) -> dict[str, Any]:
     times = {
         "sent": goal.sent_ns,
         "accepted": goal.accepted_ns,
-        "handed_over": goal.handed_over_ns,
-        "cancel": goal.cancel_ns,
+        "handed_over": goal.released_ns,
+        "cancel": goal.cancels[0].asked_ns if goal.cancels else None,
         "end": goal.end_ns,
     }
     end = None if goal.end_ns is None else run.track.at(goal.end_ns)
@@ -160,7 +161,7 @@ def _goal(run: RecordedRun, goal: RecordedGoal) -> dict[str, Any]:
         "action": goal.action,
         "type": goal.type_name,
         "owner": goal.owner,
-        "status": goal.status or ("orphaned" if goal.given_up_ns is not None else ""),
+        "status": goal.status or ("orphaned" if goal.abandoned_ns is not None else ""),
         **{
             name: None if time_ns is None else round(since_start_s(run, time_ns), 3)
             for name, time_ns in times.items()
