@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bt_mission.executive.report import Report
     from bt_mission.language.mission import Mission
     from bt_mission.scenarios.faults.live import LiveFaults
-    from bt_mission.scenarios.faults.located import WrittenFault
+    from bt_mission.scenarios.faults.planned import PlannedFault
     from bt_mission.scenarios.fleets.plan import FleetPlan
     from bt_mission.scenarios.scenario import Scenario, ScenarioResult
     from bt_mission.sessions.drive import Reports
@@ -62,7 +62,7 @@ class MissionPlan:
     """A mission, what goes wrong, and the scenario that it is of, if it is of one."""
 
     mission: Mission
-    faults: tuple[WrittenFault, ...] = ()
+    faults: tuple[PlannedFault, ...] = ()
     scenario: Scenario | None = None
     title = ""
 
@@ -120,7 +120,7 @@ class FleetRunPlan:
     """A fleet, each robot with its mission, and what goes wrong."""
 
     fleet: FleetPlan
-    faults: tuple[WrittenFault, ...] = ()
+    faults: tuple[PlannedFault, ...] = ()
 
     @property
     def title(self) -> str:
@@ -202,7 +202,7 @@ def _files(missions: Iterable[Mission]) -> Iterator[Any]:
 
 def written_faults(
     options: argparse.Namespace, robots: Sequence[str] = ()
-) -> tuple[WrittenFault, ...]:
+) -> tuple[PlannedFault, ...]:
     """Return the faults of ``--fault``; doubts about them go to standard error."""
     if not options.fault:
         return ()
@@ -215,7 +215,7 @@ def written_faults(
 
 
 def _stage_options(
-    options: argparse.Namespace, own: StageOptions, faults: Sequence[WrittenFault]
+    options: argparse.Namespace, own: StageOptions, faults: Sequence[PlannedFault]
 ) -> StageOptions:
     return replace(
         own,
@@ -251,7 +251,7 @@ def _exit_code(summary: Summary) -> int:
 @contextmanager
 def with_faults(
     session: Any,
-    faults: Sequence[WrittenFault],
+    faults: Sequence[PlannedFault],
     summarize: Summarize,
     live: LiveFaults | None = None,
 ) -> Iterator[Summarize]:

@@ -189,17 +189,17 @@ class _Loader:
         return replace(mission, requirements=(*mission.requirements, *added))
 
     def _check_cameras(self, mission: Mission, made: FaultReader) -> None:
-        cameras = [fault for fault in made.faults if fault.planned.name.startswith("camera_")]
+        cameras = [fault for fault in made.faults if fault.name.startswith("camera_")]
         if cameras and not has_camera(mission):
             for fault in cameras:
-                name = fault.planned.name
+                name = fault.name
                 message = f"{name}: the robot '{mission.robot}' has no camera"
-                self._diagnostics.append(fault.locate("BT-508", message, None, name, 0))
+                self._diagnostics.append(fault.locate("BT-508", message, None, name))
 
     def _check_names(self, mission: Mission, written: ScenarioFile, made: FaultReader) -> None:
         names = MissionNames(mission)
         for fault in made.faults:
-            begins = fault.planned.begins
+            begins = fault.begins
             if isinstance(begins, WhenTrue):
                 for error in names.unknown_in(begins.condition.root):
                     self._diagnostics.append(
@@ -211,10 +211,10 @@ class _Loader:
                             error.column - 1,
                         )
                     )
-            leaf = fault.planned.arguments.get("leaf")
+            leaf = fault.arguments.get("leaf")
             if isinstance(leaf, str) and names.lacks(leaf):
                 message = f"unknown node {quoted(leaf)}"
-                self._diagnostics.append(fault.locate("BT-705", message, names.near(leaf), leaf, 0))
+                self._diagnostics.append(fault.locate("BT-705", message, names.near(leaf), leaf))
         expect = written.expect
         if expect.failed and names.lacks(expect.failed):
             message = f"unknown node {quoted(expect.failed)}"
@@ -231,10 +231,10 @@ class _Loader:
                     self._document.diagnostic("BT-705", path, message, did_you_mean(name, known))
                 )
         for fault in made.faults:
-            time_s = getattr(fault.planned.begins, "time_s", 0.0)
+            time_s = getattr(fault.begins, "time_s", 0.0)
             if time_s >= written.limit:
                 message = f"{time_s:g} s is past the limit of the scenario, {written.limit:g} s"
-                self._diagnostics.append(fault.locate("BT-705", message, None, "", 0))
+                self._diagnostics.append(fault.locate("BT-705", message))
 
 
 def _expectation(written: ScenarioFile) -> Expectation:

@@ -16,8 +16,8 @@ from bt_mission.base.yaml.document import Document, Key
 from bt_mission.executive.report import Report
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.scenarios.coverage.record import CoverageRecord
-from bt_mission.scenarios.faults.located import WrittenFault
 from bt_mission.scenarios.faults.parameters import MAY_NOT_HAPPEN
+from bt_mission.scenarios.faults.planned import PlannedFault
 from bt_mission.scenarios.faults.world import MOST_OBSTACLES
 from bt_mission.scenarios.servers import ServerScript
 from bt_mission.sessions.stage_robot import StageOptions
@@ -78,7 +78,7 @@ class Scenario:
     simulator: NodeFactory | None = None
     start: tuple[float, float, float] | None = None
     nature: Nature | None = None
-    faults: tuple[WrittenFault, ...] = ()
+    faults: tuple[PlannedFault, ...] = ()
     servers: tuple[ServerScript, ...] = ()
     expect: Expectation = Expectation()
     limit: float = LIMIT_S
@@ -165,7 +165,7 @@ class Scenario:
         for written, outcome in zip(self.faults, report.faults, strict=False):
             if outcome.fails:
                 hint = f"if the run may end before it, add '{MAY_NOT_HAPPEN.name}' to the fault"
-                yield written.locate("BT-706", f"fault {outcome}", hint, "", 0)
+                yield written.locate("BT-706", f"fault {outcome}", hint)
 
     def _unused_servers(self, report: Report) -> Iterator[Diagnostic]:
         """Yield the servers and answers for which no goal came, each at its place."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from bt_mission.base.diagnostics import Diagnostic, describe
 from bt_mission.base.yaml.document import Document, Key
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.scenarios.faults.located import WrittenFault
-from bt_mission.scenarios.faults.planned import AtTime
+from bt_mission.scenarios.faults.planned import AtTime, PlannedFault
 from bt_mission.scenarios.faults.text import EXAMPLE, parse_fault
 from bt_mission.scenarios.faults.values import ArgumentReader, Given
 
@@ -21,7 +21,7 @@ class FaultReader:
     """Reads faults and obstacles, and collects what is wrong with all."""
 
     def __init__(self, document: Document) -> None:
-        self.faults: list[WrittenFault] = []
+        self.faults: list[PlannedFault] = []
         self.wrong: list[Diagnostic] = []
         self._document = document
 
@@ -53,7 +53,7 @@ class FaultReader:
                 )
         if not wrong:
             try:
-                self.faults.append(WrittenFault(reader.planned(AtTime(0.0)), locate))
+                self.faults.append(replace(reader.planned(AtTime(0.0)), place=locate))
             except ExpressionError as error:
                 wrong.append(document.diagnostic(error.code, path, error.message, error.hint))
         self.wrong += wrong
@@ -88,7 +88,7 @@ class FaultReader:
             return at(code, max(text.find(part), 0) + offset, message, hint)
 
         try:
-            self.faults.append(WrittenFault(parse_fault(text), locate))
+            self.faults.append(replace(parse_fault(text), place=locate))
         except ExpressionError as error:
             self.wrong.append(at(error.code, error.column - 1, error.message, error.hint))
 

@@ -90,7 +90,7 @@ def fault_text(begins: str, name: str, values: Mapping[str, str]) -> dict[str, A
         written = _written(parameter, value.strip())
         parts.append(written if is_first and parameter.is_required else f"{key} {written}")
     try:
-        planned = fault_in_text(" ".join(parts)).planned
+        planned = fault_in_text(" ".join(parts))
         planned.make()
     except InputError as error:
         raise FaultFormError(error.diagnostics[0].message) from None

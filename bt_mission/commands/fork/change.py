@@ -16,8 +16,7 @@ from bt_mission.language.expressions.values import WORDS, Plain, fits, show, typ
 from bt_mission.language.inputs import SET_OPTION, overridden
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_runner import MissionRunner
-from bt_mission.scenarios.faults.located import WrittenFault
-from bt_mission.scenarios.faults.planned import WhenTrue
+from bt_mission.scenarios.faults.planned import PlannedFault, WhenTrue
 
 ROUNDING_S = 1e-6
 
@@ -138,7 +137,7 @@ def values_of(mission: Mission, given: Iterable[tuple[str, str]]) -> dict[str, P
     return values
 
 
-def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
+def refuse_earlier(faults: Iterable[PlannedFault], at_s: float) -> None:
     """Refuse faults that begin before a fork.
 
     Raises:
@@ -146,10 +145,10 @@ def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
     """
     wrong = []
     for fault in faults:
-        begins = fault.planned.begins
+        begins = fault.begins
         if not isinstance(begins, WhenTrue) and begins.time_s < at_s - ROUNDING_S:
             message = f"it begins before the fork, which is at {seconds(at_s)}"
-            wrong.append(fault.locate("BT-1004", message, None, str(begins.time_s), 0))
+            wrong.append(fault.locate("BT-1004", message, None, str(begins.time_s)))
     if wrong:
         raise InputError(wrong)
 

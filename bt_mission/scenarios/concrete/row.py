@@ -225,7 +225,7 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
         robot=report.robot,
         parameters=scenario.parameters,
         plan=scenario.plan,
-        faults=tuple(fault.planned.text for fault in result.scenario.faults),
+        faults=tuple(fault.text for fault in result.scenario.faults),
         nature=report.nature,
         outcome=report.status,  # type: ignore[arg-type] # a mission that has ended has one of these
         passed=result.passed,

@@ -41,7 +41,7 @@ class LiveFaults:
             self._lines.append(f"a run takes at most {MOST} faults from its viewers")
             return
         try:
-            planned = fault_in_text(f"at {at_ns / NS!r}: {text}").planned
+            planned = fault_in_text(f"at {at_ns / NS!r}: {text}")
             planned.make()
         except InputError as error:
             self._lines.append(error.diagnostics[0].message)

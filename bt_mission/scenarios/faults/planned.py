@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
+from bt_mission.base.diagnostics import Diagnostic, diagnostic_at
 from bt_mission.requirements.language.formula import Condition
 from bt_mission.scenarios.faults.fault import Fault
 from bt_mission.scenarios.faults.faults import FAULTS
@@ -20,6 +21,17 @@ Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
 
 WORD = re.compile(r"[A-Za-z_/~][\w/.~]*")
 """A text that needs no quotes."""
+
+Locate: TypeAlias = Callable[[str, str, str | None, str, int], Diagnostic]
+"""Makes a diagnostic of code, message, hint, a part of a fault's text and an offset in it."""
+
+OPTION = "--fault"
+
+_DELAYS = frozenset(("delay", "delay_feedback", "delay_service"))
+"""Faults whose delays are usually milliseconds; results and answers may be late by minutes."""
+
+_LONG_DELAY_S = 20.0
+"""A number without a unit is taken for milliseconds from here: no network delays by so long."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +80,8 @@ class PlannedFault:
         lasting: S of virtual time; None is to the end of the run.
         bare: The arguments that were written as numbers without a unit.
         may_not_happen: Does a run pass in which it does not begin?
+        robot: Of a fleet: the robot that it is for; empty is each.
+        place: Where it is written; None is in its own text.
     """
 
     begins: Beginning
@@ -76,6 +90,8 @@ class PlannedFault:
     lasting: float | None = None
     bare: frozenset[str] = field(default=frozenset(), compare=False)
     may_not_happen: bool = False
+    robot: str = ""
+    place: Locate | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         return f"<{self.text}>"
@@ -99,6 +115,25 @@ class PlannedFault:
         if self.lasting is not None:
             named["lasting"] = self.lasting
         return self.kind.make(*several, **named)
+
+    def locate(
+        self, code: str, message: str, hint: str | None = None, part: str = "", offset: int = 0
+    ) -> Diagnostic:
+        """Return a diagnostic of a part of the fault as it is written; without one, of all."""
+        place = self.place or within(self.text)
+        return place(code, message, hint, part, offset)
+
+    def doubts(self) -> Iterator[Diagnostic]:
+        """Yield a warning for each delay without a unit that looks as if in milliseconds."""
+        if self.name not in _DELAYS:
+            return
+        for name in sorted(self.bare & {"by", "jitter"}):
+            value = self.arguments.get(name)
+            if isinstance(value, int | float) and value >= _LONG_DELAY_S:
+                message = f"'{name}' is in seconds: {value:g} s; {value:g} ms?"
+                hint = f"write '{value:g} ms' or '{value:g} s'"
+                doubt = self.locate("BT-710", message, hint, f"{value:g}")
+                yield replace(doubt, severity="warning")
 
     @property
     def text(self) -> str:
@@ -145,3 +180,13 @@ class PlannedFault:
     @property
     def _reserved(self) -> frozenset[str]:
         return frozenset((*self.kind.parameters, "lasting", MAY_NOT_HAPPEN.name, "true", "false"))
+
+
+def within(text: str, start: int = 0) -> Locate:
+    """Return what finds places in the text of an option, from an offset on."""
+
+    def locate(code: str, message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
+        column = max(text.find(part, start), start) + offset + 1
+        return diagnostic_at(code, (1, column), OPTION, [text], message, hint)
+
+    return locate

@@ -395,7 +395,7 @@ async def test_a_run_pauses_at_a_node_and_continues_with_another_text(editor: Ed
     await editor.shows("banners", "Written: explore_faults.yaml")
     path = editor.file.with_name("explore_faults.yaml")
     scenario = load_scenario(path)
-    texts = [fault.planned.text for fault in scenario.faults]
+    texts = [fault.text for fault in scenario.faults]
     assert texts == ["at 0.0: spawn_box at (0, 0.8)", "at 0.05: spawn_box at (0.8, 0.8)"]
 
 
