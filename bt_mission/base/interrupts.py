@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import FrameType
@@ -74,6 +74,8 @@ class InterruptSignals:
         """The last one, for messages."""
         self.signal = ""
         """The last one by its name, such as SIGTERM."""
+        self.on_signal: Callable[[], object] | None = None
+        """Called at each that is noted."""
         self._most = most
         self._since_last: Stopwatch | None = None
         self._former: list[list[tuple[signal.Signals, Any]]] = []
@@ -90,6 +92,8 @@ class InterruptSignals:
         """Note a request to end, from any source."""
         self.count += 1
         self.name = name
+        if self.on_signal is not None:
+            self.on_signal()
 
     def _take(self, number: int, _: FrameType | None) -> None:
         name = signal.Signals(number).name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
 from collections.abc import Callable, Coroutine
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ from bt_mission.cli.options import nature_of, simulator_of
 from bt_mission.cli.parser import Option, each
 
 if TYPE_CHECKING:
+    from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.scenarios.concrete.base_scenario import BaseChanges
     from bt_mission.scenarios.concrete.bundle import Bundle
     from bt_mission.scenarios.concrete.pool import ScenarioPool
@@ -117,37 +117,34 @@ def pool_for(
     return ScenarioPool(bundle, given, on_wait)
 
 
-def run_interruptible(main: Coroutine[Any, Any, None]) -> str:
-    """Run a coroutine to its end; Ctrl-C and SIGTERM cancel it, a second one leaves at once.
+def run_interruptible(main: Coroutine[Any, Any, None], interrupts: InterruptSignals) -> bool:
+    """Run a coroutine to its end; a signal cancels it. Return whether one has.
 
-    Returns:
-        The name of the signal that has cancelled it; empty where none has.
+    Code in it that does not await calls :func:`stop_at_signal` between its steps.
     """
     import asyncio
 
-    got: list[str] = []
-
     async def run() -> None:
-        loop = asyncio.get_running_loop()
-        task = asyncio.ensure_future(main)
-
-        def stop(number: signal.Signals) -> None:
-            if got:
-                loop.remove_signal_handler(number)
-                signal.raise_signal(signal.SIGKILL if number == signal.SIGTERM else number)
-            got.append(number.name)
+        loop, task = asyncio.get_running_loop(), asyncio.ensure_future(main)
+        interrupts.on_signal = lambda: loop.call_soon_threadsafe(task.cancel)
+        if interrupts.count:
             task.cancel()
+        await task
 
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(number, stop, number)
-        try:
-            await task
-        except asyncio.CancelledError:
-            if not got:
-                raise
-        finally:
-            for number in (signal.SIGINT, signal.SIGTERM):
-                loop.remove_signal_handler(number)
+    try:
+        asyncio.run(run())
+    except asyncio.CancelledError:
+        if not interrupts.count:
+            raise
+        return True
+    finally:
+        interrupts.on_signal = None
+    return False
 
-    asyncio.run(run())
-    return got[0] if got else ""
+
+def stop_at_signal(interrupts: InterruptSignals) -> None:
+    """Raise asyncio.CancelledError if there was a signal."""
+    if interrupts.count:
+        import asyncio
+
+        raise asyncio.CancelledError

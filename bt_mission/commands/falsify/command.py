@@ -39,6 +39,8 @@ from bt_mission.cli.workers import (
     is_alone,
     pool_for,
     require_dask,
+    run_interruptible,
+    stop_at_signal,
 )
 
 if TYPE_CHECKING:
@@ -140,7 +142,7 @@ def _searched(
         reference = None
         if good is not None:
             silence_logs()
-            run = partial(run_scenario, before_step=_leaving(interrupts))
+            run = partial(run_scenario, before_step=partial(stop_at_signal, interrupts))
             worker = stack.enter_context(ScenarioWorker(good.bundle, run))
             reference = Reference(good, worker)
         session = SearchSession(base, ranges, _search_options(options), watch, reference)
@@ -152,7 +154,8 @@ def _searched(
             unit="runs",
         )
         stack.enter_context(progress)
-        if _is_cut_short(base, session.run, options, interrupts):
+        searching = _carry_out(base, session.run, options, interrupts)
+        if run_interruptible(searching, interrupts):  # a run of a long mission takes minutes
             session.state.is_interrupted = True
     return session
 
@@ -169,47 +172,13 @@ def _search_options(options: argparse.Namespace) -> SearchOptions:
     )
 
 
-def _is_cut_short(
-    base: BaseScenario,
-    search: Callable[[ScenarioRunner], Coroutine[Any, Any, None]],
-    options: argparse.Namespace,
-    interrupts: InterruptSignals,
-) -> bool:
-    """Search; tell whether a signal has ended that in the middle of a run.
-
-    A run of a long mission takes minutes, and nobody waits for it.
-    """
-    import asyncio
-
-    try:
-        asyncio.run(_carry_out(base, search, options, _leaving(interrupts)))
-    except asyncio.CancelledError:
-        return True
-    return False
-
-
-def _leaving(interrupts: InterruptSignals) -> Callable[[], None]:
-    """Return what cancels a search once there was a signal."""
-    import asyncio
-
-    def leave() -> None:
-        if interrupts.count:
-            raise asyncio.CancelledError
-
-    return leave
-
-
 async def _carry_out(
     base: BaseScenario,
     search: Callable[[ScenarioRunner], Coroutine[Any, Any, None]],
     options: argparse.Namespace,
-    leave: Callable[[], None],
+    interrupts: InterruptSignals,
 ) -> None:
-    """Search with the workers that the options name.
-
-    Args:
-        leave: Called often; raises where the search is to end.
-    """
+    """Search with the workers that the options name."""
     if is_alone(options):
         from functools import partial
 
@@ -218,11 +187,11 @@ async def _carry_out(
         from bt_mission.scenarios.runner import silence_logs
 
         silence_logs()
-        with ScenarioWorker(base.bundle, partial(run_scenario, before_step=leave)) as worker:
+        run = partial(run_scenario, before_step=partial(stop_at_signal, interrupts))
+        with ScenarioWorker(base.bundle, run) as worker:
             await search(worker)
         return
-    async with pool_for(options, base.bundle, on_wait=leave) as pool:
-        leave()
+    async with pool_for(options, base.bundle) as pool:
         await search(pool)
 
 

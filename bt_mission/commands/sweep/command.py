@@ -89,6 +89,7 @@ def sweep(options: argparse.Namespace) -> int:
     from bt_mission.base.dds.middleware import prepare_middleware
 
     prepare_middleware()
+    from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.commands.sweep.repeat import origin_of
     from bt_mission.commands.sweep.store import ResultStore
     from bt_mission.commands.sweep.summary import SweepTally
@@ -109,9 +110,9 @@ def sweep(options: argparse.Namespace) -> int:
                 tally.add(row)
         why_stopped, code = "", SUCCESS
         try:
-            signal = run_interruptible(_carry_out(options, plan, store, tally))
-            if signal:
-                why_stopped, code = f"stopped by {signal}", INTERRUPTED
+            with InterruptSignals(most=1) as interrupts:
+                if run_interruptible(_carry_out(options, plan, store, tally), interrupts):
+                    why_stopped, code = f"stopped by {interrupts.signal}", INTERRUPTED
         except BtMissionError as error:  # the workers are gone, or the disk is full
             why_stopped, code = error.headline, MISSION_FAILED
         is_told = _tell(options, store, plan.count, tally, why_stopped)
