@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from action_servers.core.action import Action
     from action_servers.core.checks import refusal, stale
     from action_servers.core.error_codes import ErrorCode
-    from action_servers.core.limits import ColourLimit, NumberLimit, outside
+    from action_servers.core.limits import ChoiceLimit, NumberLimit, outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
@@ -35,7 +35,7 @@ __all__ = [
     "SUCCEEDED",
     "ZERO",
     "Action",
-    "ColourLimit",
+    "ChoiceLimit",
     "Drive",
     "ErrorCode",
     "Finished",
@@ -70,7 +70,7 @@ __getattr__ = lazy_names(
         "Drive": "action_servers.driving.drive",
         "ErrorCode": "action_servers.core.error_codes",
         "Tuning": "action_servers.core.tuning",
-        **dict.fromkeys(("ColourLimit", "NumberLimit", "outside"), "action_servers.core.limits"),
+        **dict.fromkeys(("ChoiceLimit", "NumberLimit", "outside"), "action_servers.core.limits"),
     },
 )
 

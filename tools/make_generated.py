@@ -21,9 +21,9 @@ import yaml
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from action_servers.core.limits import NumberLimit  # noqa: E402 - from the root
-from action_servers.core.tuning import TUNING  # noqa: E402
-from action_servers.server.actions import action, generated_type  # noqa: E402
+from action_servers.core.action import action  # noqa: E402 - from the root
+from action_servers.core.limits import NumberLimit  # noqa: E402
+from action_servers.robot_io.messages import generated_type  # noqa: E402
 from bt_mission.base.actions import declared  # noqa: E402
 from bt_mission.base.error_catalogue import CatalogueEntry, catalogue, shown  # noqa: E402
 from bt_mission.base.nature import QUANTITIES, Quantity  # noqa: E402
@@ -128,7 +128,7 @@ def limit_table() -> str:
     waffle = load_robot("waffle")
     actions: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     for name in declared():
-        for limit in action(name).limits(waffle, TUNING):
+        for limit in action(name).limits_with(waffle):
             zero = limit.zero if isinstance(limit, NumberLimit) else ""
             accepted = f"{limit.words}; 0: {zero}" if zero else limit.words
             source = _PARAMETER.sub(r"`\1`", limit.source)

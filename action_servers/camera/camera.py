@@ -5,11 +5,23 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from action_servers.core.action import CameraSwitch
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished, Image, Observation
+from action_servers.core.tuning import Tuning
+from bt_mission.base.parameters import number
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraTuning(Tuning):
+    """Of all that takes pictures."""
+
+    image_timeout: float = number(
+        2.0, (0.1, 60.0), "How long a picture is waited for, s; twenty of a camera at 10 Hz."
+    )
 
 
 def load_formats() -> None:

@@ -5,25 +5,43 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from action_servers.camera.camera import Snapshot, encoded, looking
+from action_servers.camera.camera import CameraTuning, Snapshot, encoded, load_formats, looking
 from action_servers.core.action import Action, CameraSwitch, FeedbackRanges
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
 from action_servers.core.ticker import ChangedFields
-from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
 from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.robots.model import RobotModel
 
 # The lowest level that compresses at all: seven times faster than Pillow's default for files a
 # fifth larger, and a picture is written between two control steps.
 COMPRESS_LEVEL = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepTuning(CameraTuning):
+    """Of camera sweeps."""
+
+    sweep_velocity: float = number(
+        0.2,
+        (0.05, 3.0),
+        "Speed of a camera sweep, rad/s: slow enough for sharp pictures (the Sheffield course's).",
+    )
+    sweep_images: int = number(
+        30, (1, 1000), "Most pictures of one camera sweep (the Sheffield course's limit)."
+    )
+
+
+SWEEPS = SweepTuning()
+"""The defaults."""
 
 
 class ImageFolder:
@@ -72,7 +90,7 @@ class ImageFolder:
         return str(path)
 
 
-def limits(_robot: RobotModel, tuning: Tuning) -> Limits:
+def limits(_robot: RobotModel, tuning: SweepTuning) -> Limits:
     """Return the limits of `camera_sweep`; the angle's is that of the Sheffield course."""
     return (
         NumberLimit(
@@ -107,7 +125,7 @@ def plan(
     robot: RobotModel,
     camera: CameraSwitch,
     image_folder: Path,
-    tuning: Tuning = TUNING,
+    tuning: SweepTuning = SWEEPS,
 ) -> CameraSweep:
     """Return the maneuver for a goal."""
     store = ImageFolder(image_folder, f"sweep_{now.time_s:.3f}")
@@ -140,7 +158,7 @@ class CameraSweep:
         robot: RobotModel,
         camera: CameraSwitch,
         store: ImageFolder,
-        tuning: Tuning = TUNING,
+        tuning: SweepTuning = SWEEPS,
     ) -> None:
         self._angle = angle
         self._count = count
@@ -220,7 +238,9 @@ CAMERA_SWEEP = Action(
     needs=("base", "scan", "odometry", "camera"),
     example={"sweep_angle": 180.0, "image_count": 6},
     plan=plan,
+    tuning=SWEEPS,
     limits=limits,
     feedback=feedback,
+    offered=load_formats,
     during=sweeping,
 )

@@ -1,22 +1,108 @@
-"""Watch the camera until a colour is seen, whatever drives the base."""
+"""Watch the camera until a colour is seen, whatever drives the base.
+
+Hue alone distinguishes the colours of beacons and zones, and light and shade do not change it.
+Saturation and value only exclude grey walls, and pixels too dark to have a hue.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
-from action_servers.camera.camera import looking
-from action_servers.camera.colours import ColourPatch, largest_patch
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from action_servers.camera.camera import CameraTuning, looking
 from action_servers.core.action import Action, CameraSwitch
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.limits import ColourLimit, NumberLimit
+from action_servers.core.limits import ChoiceLimit, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
-from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.robots.model import CameraModel, RobotModel
 
+HUES_DEG: dict[str, tuple[float, float]] = {
+    "red": (344.0, 14.0),
+    "yellow": (40.0, 68.0),
+    "green": (95.0, 160.0),
+    "turquoise": (166.0, 198.0),
+    "blue": (206.0, 256.0),
+}
+"""From and to which hue a colour goes, in degrees: around those of the beacons of the Sheffield
+course (red 357, yellow 50, green 133, turquoise 181, blue 225), clear of orange (31) and purple
+(272)."""
+
+LOWEST_SATURATION = 90
+"""Of 255: white and grey walls in coloured light stay below."""
+
+LOWEST_VALUE = 40
+"""Of 255. The hue of a darker pixel is noise."""
+
+_OPENING = np.ones((3, 3), dtype=np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class ColourPatch:
+    """The largest connected area of a colour: its `share` of the image, and its middle.
+
+    `across` goes from -1 at the left edge of the image to 1 at the right edge.
+    """
+
+    share: float
+    across: float
+
+
+def largest_patch(rgb: npt.NDArray[np.uint8], colour: str) -> ColourPatch | None:
+    """Return the largest patch of a colour of `HUES_DEG` in an image (height, width, 3), if any.
+
+    Areas narrower than three pixels count as noise.
+    """
+    seen = cv2.morphologyEx(_mask(rgb, colour), cv2.MORPH_OPEN, _OPENING)
+    _, _, stats, middles = cv2.connectedComponentsWithStats(seen, connectivity=8)
+    areas = stats[1:, cv2.CC_STAT_AREA]  # 0 is the background
+    if not areas.size:
+        return None
+    largest = int(np.argmax(areas))
+    height, width = seen.shape
+    column = float(middles[largest + 1][0])
+    return ColourPatch(float(areas[largest]) / (height * width), (2.0 * column + 1.0) / width - 1.0)
+
+
+def _mask(rgb: npt.NDArray[np.uint8], colour: str) -> npt.NDArray[np.uint8]:
+    hsv = cv2.cvtColor(np.ascontiguousarray(rgb), cv2.COLOR_RGB2HSV)
+    first, last = (round(hue / 2.0) for hue in HUES_DEG[colour])  # OpenCV's hue has 180 steps
+    bands = [(first, last)] if first <= last else [(first, 179), (0, last)]
+    mask = np.zeros(hsv.shape[:2], dtype=np.uint8)
+    for low, high in bands:
+        mask |= cv2.inRange(
+            hsv,
+            np.array([low, LOWEST_SATURATION, LOWEST_VALUE]),
+            np.array([high, 255, 255]),
+        ).astype(np.uint8)
+    return mask
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColourTuning(CameraTuning):
+    """Of the search for a colour."""
+
+    colour_share: float = number(
+        0.01, (0.0001, 1.0), "Share of the picture that find_colour looks for by default."
+    )
+
+
+COLOUR_SEARCH = ColourTuning()
+"""The defaults."""
+
 LIMITS = (
-    ColourLimit("colour"),
+    ChoiceLimit(
+        field="colour",
+        what="colour",
+        choices=tuple(HUES_DEG),
+        source="the colours that differ by their hue",
+    ),
     NumberLimit(
         field="min_share",
         low=1e-4,  # eight pixels of a picture of 320 x 240: less is no patch
@@ -33,7 +119,7 @@ def plan(
     _now: Observation,
     robot: RobotModel,
     camera: CameraSwitch,
-    tuning: Tuning = TUNING,
+    tuning: ColourTuning = COLOUR_SEARCH,
 ) -> FindColour:
     """Return the maneuver for a goal."""
     assert robot.camera is not None  # the action needs it
@@ -52,7 +138,7 @@ class FindColour:
         share: float,
         model: CameraModel,
         camera: CameraSwitch,
-        tuning: Tuning = TUNING,
+        tuning: ColourTuning = COLOUR_SEARCH,
     ) -> None:
         self._colour = colour
         self._share = share
@@ -108,6 +194,7 @@ FIND_COLOUR = Action(
     needs=("camera",),
     example={"colour": "blue"},
     plan=plan,
+    tuning=COLOUR_SEARCH,
     limits=lambda _robot, _tuning: LIMITS,
     feedback=lambda _goal: {"share": (0.0, 1.0)},
     during=looking,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from action_servers.camera.camera import Snapshot, encoded, looking
+from action_servers.camera.camera import CameraTuning, Snapshot, encoded, load_formats, looking
 from action_servers.core.action import Action, CameraSwitch
 from action_servers.core.limits import NumberLimit, parameter
 from action_servers.core.maneuver import (
@@ -17,12 +17,26 @@ from action_servers.core.maneuver import (
     Observation,
 )
 from action_servers.core.ticker import Ticker
-from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PicturesTuning(CameraTuning):
+    """Of pictures one a second."""
+
+    pictures: int = number(
+        60, (1, 600), "Most pictures of one goal of take_pictures; they are kept in memory."
+    )
+    picture_quality: int = number(90, (1, 95), "Quality of JPEG pictures, as Pillow counts it.")
+
+
+PICTURES = PicturesTuning()
+"""The defaults."""
 
 
 def plan(
-    goal: Any, _now: Observation, camera: CameraSwitch, tuning: Tuning = TUNING
+    goal: Any, _now: Observation, camera: CameraSwitch, tuning: PicturesTuning = PICTURES
 ) -> TakePictures:
     """Return the maneuver for a goal."""
     return TakePictures(goal.nseconds, camera, tuning)
@@ -33,7 +47,7 @@ class TakePictures:
 
     needs_base = False
 
-    def __init__(self, count: int, camera: CameraSwitch, tuning: Tuning = TUNING) -> None:
+    def __init__(self, count: int, camera: CameraSwitch, tuning: PicturesTuning = PICTURES) -> None:
         self._count = count
         self._quality = tuning.picture_quality
         self.camera = camera
@@ -84,10 +98,12 @@ TAKE_PICTURES = Action(
     needs=("camera",),
     example={"nseconds": 10},
     plan=plan,
+    tuning=PICTURES,
     limits=lambda _robot, tuning: (
         NumberLimit(
             field="nseconds", low=1, high=tuning.pictures, unit="s", source=parameter("pictures")
         ),
     ),
+    offered=load_formats,
     during=looking,
 )

@@ -9,9 +9,11 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, partial
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from action_servers.core.checks import (
     missing,
@@ -22,13 +24,11 @@ from action_servers.core.checks import (
 )
 from action_servers.core.limits import Limits, faults
 from action_servers.core.maneuver import Fields, Finished, Maneuver, Observation, Refusal
-from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
-from bt_mission.base.actions import ActionName
+from action_servers.core.tuning import TUNING
+from bt_mission.base.actions import ActionName, declared
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import specs
 from bt_mission.robots.model import RobotModel
-
-if TYPE_CHECKING:
-    from action_servers.core.grid import Floats
 
 FeedbackRanges: TypeAlias = Mapping[str, tuple[float, float]]
 """From where to where the numbers of a feedback can go, by their names."""
@@ -71,26 +71,35 @@ class JointCommands(Protocol):
         """
 
 
+@dataclass(frozen=True, slots=True)
+class PublishedTopic:
+    """A topic on which goals publish besides their feedback; a header gets the map and the time."""
+
+    name: str
+    type: str
+    is_latched: bool = False
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerContext:
-    """The possible parameters of a plan, by name; `camera` is then a separate switch."""
+    """The services of the servers to every action.
+
+    Its fields are the possible parameters of a plan, by name. For one action, `tuning` has the
+    present values of its parameters, `camera` is a separate switch, and `publish` takes the fields
+    of a message on its topic.
+    """
 
     robot: RobotModel
-    tuning: Tuning
-    navigation: NavigationTuning
-    frontiers: FrontierTuning
+    tuning: Callable[[Any], Any]
+    """Returns parameters with their present values, from the defaults."""
     camera: CameraTopic
     image_folder: Path
-    turn_velocity: float
-    """Speed of a turn if the goal's speed is 0, rad/s."""
-    publish_distance: Callable[[float], None]
-    """Sends the distance that is being recorded, m."""
+    """The folder in which images are stored, those of each goal in a folder."""
     joints: JointCommands
-    publish_path: Callable[[Floats], None]
-    """Sends a path that is planned: points in the map, `n x 2` m."""
+    publish: Callable[[PublishedTopic, Fields], None]
 
 
-def _no_limits(_robot: RobotModel, _tuning: Tuning) -> Limits:
+def _no_limits(_robot: RobotModel, _tuning: Any) -> Limits:
     return ()
 
 
@@ -106,6 +115,10 @@ def _nothing(_maneuver: Any, _goal_id: str) -> AbstractContextManager[None]:
     return nullcontext()
 
 
+def _is_ready() -> None:
+    pass
+
+
 @dataclass(frozen=True, kw_only=True)
 class Action(ActionName):
     """An action that the servers offer. Where its result has `error_code`, they fill it.
@@ -117,7 +130,10 @@ class Action(ActionName):
         plan: Called with a goal message that is within the limits and with an observation that has
             what the action needs; returns the maneuver, or why the goal is refused. Its further
             parameters are fields of `ServerContext`, by their names.
-        limits: The limits of single fields, for a robot and the parameters of its servers.
+        tuning: Its parameters, a frozen dataclass of `bt_mission.base.parameters.number`s. The
+            servers declare them.
+        topic: The topic on which its goals publish, if any.
+        limits: The limits of single fields, for a robot and the values of `tuning`.
         misfit: Returns why the fields of a goal are invalid together for a robot, or None.
         misfit_code: The error code with which such a goal is aborted once it is accepted, as by
             Nav2; 0 where `plan` refuses it.
@@ -127,20 +143,34 @@ class Action(ActionName):
         waits: Whether a goal is accepted before there is what it needs.
         during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
             digits), and left at its end.
+        offered: Called before the action is offered: it loads what a first goal would wait for.
     """
 
     plan: Callable[..., Maneuver | Refusal]
-    limits: Callable[[RobotModel, Tuning], Limits] = _no_limits
+    tuning: Any = TUNING
+    topic: PublishedTopic | None = None
+    limits: Callable[[RobotModel, Any], Limits] = _no_limits
     misfit: Callable[[Any, RobotModel], str | None] = _no_misfit
     misfit_code: int = 0
     codes: tuple[int, ...] = ()
     feedback: Callable[[Any], FeedbackRanges] = _no_ranges
     waits: bool = False
     during: Callable[[Any, str], AbstractContextManager[None]] = _nothing
+    offered: Callable[[], object] = _is_ready
+
+    def limits_with(self, robot: RobotModel, values: Mapping[str, Any] | None = None) -> Limits:
+        """Return its limits for a robot and servers; `values` are those of parameters by name."""
+        given = values or {}
+        changes = {
+            attribute: given[name]
+            for attribute, (name, _) in specs(self.tuning).items()
+            if name in given
+        }
+        return self.limits(robot, replace(self.tuning, **changes))
 
     def planned(self, goal: Any, now: Observation, context: ServerContext) -> Maneuver | Refusal:
         """Check a goal; return the maneuver that runs it, or the refusal."""
-        robot, tuning = context.robot, context.tuning
+        robot, tuning = context.robot, context.tuning(self.tuning)
         if self.needs_camera and robot.camera is None:
             return Refusal(f"the robot '{robot.name}' has no camera")
         if lacks_part(self, robot):
@@ -151,10 +181,11 @@ class Action(ActionName):
         misfit = self.misfit(goal, robot) if self.misfit_code else None
         if misfit is not None:
             return Misfit(self.misfit_code, misfit)
-        unready = None if self.waits else self._unready(now, tuning.sensor_timeout)
+        unready = None if self.waits else self._unready(now, context.tuning(TUNING).sensor_timeout)
         if unready is not None:
             return unready
-        planned = self.plan(goal, now, **self._asked(context))
+        given = {name: _given(name, self, context, tuning) for name in self._asked}
+        planned = self.plan(goal, now, **given)
         if isinstance(planned, Refusal) or not self.needs_camera or context.camera.is_sent:
             return planned
         return Refusal(f"nobody publishes {context.camera.topic}")
@@ -170,8 +201,9 @@ class Action(ActionName):
             else None,
         )
 
-    def _asked(self, context: ServerContext) -> dict[str, Any]:
-        """Return the parameters of the plan beyond goal and observation."""
+    @cached_property
+    def _asked(self) -> tuple[str, ...]:
+        """The parameters of the plan beyond goal and observation."""
         names = tuple(inspect.signature(self.plan).parameters)[2:]
         unknown = [name for name in names if name not in _CONTEXT]
         if unknown:
@@ -179,10 +211,19 @@ class Action(ActionName):
                 f"the plan of {self.name} asks for {', '.join(unknown)}; "
                 f"there are: {', '.join(_CONTEXT)}"
             )
-        return {
-            name: context.camera.user() if name == "camera" else getattr(context, name)
-            for name in names
-        }
+        return names
+
+
+def _given(name: str, action: Action, context: ServerContext, tuning: Any) -> Any:
+    """Return what an action gets for a parameter of its plan."""
+    if name == "tuning":
+        return tuning
+    if name == "camera":
+        return context.camera.user()
+    if name == "publish":
+        assert action.topic is not None, f"{action.name} has no topic"
+        return partial(context.publish, action.topic)
+    return getattr(context, name)
 
 
 def lacks_part(action: ActionName, robot: RobotModel) -> bool:
@@ -212,3 +253,14 @@ class Misfit:
     def result(self) -> Fields:
         """Return nothing: nothing was done."""
         return {}
+
+
+def action(name: str) -> Action:
+    """Return one of the actions of `declared`.
+
+    Its module is imported now: the libraries for images and maps take longer to import than
+    everything else.
+    """
+    place = declared()[name]
+    declaration: Action = getattr(import_module(place.module), place.attribute)
+    return declaration

@@ -20,7 +20,6 @@ import numpy.typing as npt
 
 from action_servers.core.maneuver import Observation, Scan
 from action_servers.core.margins import NOISE_M
-from action_servers.core.tuning import TUNING
 from bt_mission.base.geometry import Pose2D, Twist2D
 from bt_mission.robots.body import Hull
 from bt_mission.robots.model import LidarModel
@@ -92,9 +91,7 @@ def of_nearest_rays(scan: Scan, values: Floats, bearings: Reals) -> Floats:
     return np.append(values, np.float32(0.0)).take(ray, mode="clip")
 
 
-def ahead(
-    points: Points, hull: Hull, side_margin: float = TUNING.side_margin
-) -> ObstaclePoint | None:
+def ahead(points: Points, hull: Hull, side_margin: float = 0.02) -> ObstaclePoint | None:
     """Return the obstacle that a straight drive meets first, or None if the way is free.
 
     It is in the width that the hull sweeps, with `side_margin` metres added to each side for the

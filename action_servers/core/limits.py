@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from action_servers.core.tuning import Tuning
 from bt_mission.base.diagnostics import did_you_mean, listed
@@ -20,9 +20,6 @@ SLOWEST_TURN = 0.05
 
 SLOWEST_DRIVE = 0.01
 """m/s: the lowest speed that is accepted, which is also that of the last millimetres."""
-
-COLOURS = ("red", "yellow", "green", "turquoise", "blue")
-"""The colours that are known by name; `camera.colours` has their hues."""
 
 
 def outside(name: str, value: float, low: float, high: float, unit: str) -> str | None:
@@ -77,73 +74,70 @@ class NumberLimit:
             return f"{self.field} must be {self.words}, got {value:g}"
         return why
 
+    def hint(self, _value: Any) -> str | None:
+        """Return nothing: no number is meant by another."""
+        return None
 
-@dataclass(frozen=True, slots=True)
-class ColourLimit:
-    """A text of a goal that names one of the known colours."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChoiceLimit:
+    """A text of a goal that is one of some choices.
+
+    Args:
+        field: Its name in the goal.
+        what: What the text names, for messages.
+        choices: The accepted texts.
+        source: The source of the choices, as text.
+    """
 
     field: str
-    source: str = "the colours that differ by their hue"
+    what: str
+    choices: tuple[str, ...]
+    source: str
 
     @property
     def words(self) -> str:
         """The accepted values, as text."""
-        return listed(COLOURS)
+        return listed(self.choices)
 
     def fault(self, value: Any) -> str | None:
         """Return why a server refuses a goal with this value, or None."""
-        return None if value in COLOURS else f"no such colour '{value[:40]}' (known: {self.words})"
+        if value in self.choices:
+            return None
+        return f"no such {self.what} '{value[:40]}' (known: {self.words})"
 
     def hint(self, value: Any) -> str | None:
-        """Return the colour that was probably meant, if one is near."""
-        return did_you_mean(value, COLOURS)
+        """Return the choice that was probably meant, if one is near."""
+        return did_you_mean(value, self.choices)
 
 
-@dataclass(frozen=True, slots=True)
-class JointsLimit:
-    """The joints that a goal names: all those of an arm, or some, each once, in any order."""
+class Limit(Protocol):
+    """Which values a field of a goal may have."""
 
-    field: str
-    joints: tuple[str, ...]
-    source: str = "arm of the robot"
-    needs_all: bool = True
+    @property
+    def field(self) -> str:
+        """Its name in the goal, dotted if it is nested."""
+
+    @property
+    def source(self) -> str:
+        """The source of the limit, as text."""
 
     @property
     def words(self) -> str:
         """The accepted values, as text."""
-        return f"{'all' if self.needs_all else 'some'} of {listed(self.joints)}"
 
     def fault(self, value: Any) -> str | None:
-        """Return why a server refuses a goal with these names, or None."""
-        unknown = self._unknown(value)
-        if unknown is not None:
-            known = f"joints: {listed(self.joints)}"
-            return f"{self.field}: no joint '{unknown[:60]}' in the arm ({known})"
-        twice = next((name for index, name in enumerate(value) if name in value[:index]), None)
-        if twice is not None:
-            return f"{self.field}: the joint '{twice[:60]}' is named twice"
-        missing = [name for name in self.joints if self.needs_all and name not in value]
-        return f"{self.field} must name all joints; missing: {listed(missing)}" if missing else None
+        """Return why a server refuses a goal with this value, or None."""
 
     def hint(self, value: Any) -> str | None:
-        """Return the joint that was probably meant, if one is near."""
-        unknown = self._unknown(value)
-        return None if unknown is None else did_you_mean(unknown, self.joints)
-
-    def _unknown(self, names: Any) -> str | None:
-        return next((name for name in names if name not in self.joints), None)
+        """Return the value that was probably meant, if one is near."""
 
 
-Limit: TypeAlias = NumberLimit | ColourLimit | JointsLimit
 Limits: TypeAlias = tuple[Limit, ...]
 
 LINEAR = "max_linear_velocity of the robot"
 ANGULAR = "max_angular_velocity of the robot"
 NOT_NEGATIVE = "a time is not negative"
-ALLOWANCE = NumberLimit(
-    field="time_allowance", low=0.0, high=math.inf, unit="s", source=NOT_NEGATIVE
-)
-"""The limit of Nav2's recoveries."""
 
 
 def parameter(name: str) -> str:
@@ -182,5 +176,5 @@ def faults(goal: Any, limits: Limits) -> Iterator[str | None]:
 def reason(limit: Limit, value: Any) -> str | None:
     """Return why a value is refused, with what was probably meant, or None."""
     fault = limit.fault(value)
-    hint = limit.hint(value) if fault and not isinstance(limit, NumberLimit) else None
+    hint = limit.hint(value) if fault else None
     return f"{fault}; {hint}" if hint else fault

@@ -12,10 +12,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, Union
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, Union
 
 from action_servers.core.error_codes import ErrorCode
 from bt_mission.base.geometry import Pose2D, Twist2D
@@ -238,27 +237,3 @@ class Maneuver(Protocol):
 
         Valid at any time: also before the first step, and when canceled or replaced.
         """
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ServedAction:
-    """An action as the servers of one robot offer it.
-
-    Args:
-        name: Its name, relative to the namespace of the servers.
-        type: Its generated type.
-        plan: Checks a goal message against the robot's state; returns the maneuver that runs it, or
-            the refusal.
-        needs_map: Whether its observations hold the map, and the robot's pose on it.
-        part: The part that it moves besides the base, such as the arm; "" for none. One goal at a
-            time moves a part.
-        during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
-            digits), and exited at its end.
-    """
-
-    name: str
-    type: Any
-    plan: Callable[[Any, Observation], Maneuver | Refusal]
-    needs_map: bool
-    part: str
-    during: Callable[[Any, str], AbstractContextManager[None]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from action_servers.core.action import Action
@@ -16,9 +17,10 @@ from action_servers.core.limits import (
 )
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Scan
 from action_servers.core.ticker import ChangedFields
-from action_servers.core.tuning import TUNING, Tuning
+from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.robots.model import RobotModel
 
 if TYPE_CHECKING:
@@ -31,7 +33,29 @@ GONE_BEYOND = 0.05
 """Metres beyond the stopping distance at which an earlier obstacle has left."""
 
 
-def limits(robot: RobotModel, tuning: Tuning) -> Limits:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExploreTuning(Tuning):
+    """Of what it stops at."""
+
+    side_margin: float = number(
+        0.02,
+        (0.0, 0.5),
+        "Added to each side of the width in which explore_forward looks for what it stops at, m; "
+        "twice the precision of an LDS-01 (10 mm, ROBOTIS e-manual).",
+    )
+    explore_nearest: float = number(
+        0.05,
+        (0.01, 1.0),
+        "Shortest stopping distance that is accepted, m; five times a ray's noise. It is at least "
+        "stop_margin and 0.02 m.",
+    )
+
+
+EXPLORING = ExploreTuning()
+"""The defaults."""
+
+
+def limits(robot: RobotModel, tuning: ExploreTuning) -> Limits:
     """Return the limits of `explore_forward`."""
     lidar, front = robot.lidar, robot.hull.front
     blind = lidar.min_range - (front - lidar.x)
@@ -54,7 +78,7 @@ def limits(robot: RobotModel, tuning: Tuning) -> Limits:
 
 
 def plan(
-    goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: Any, _now: Observation, robot: RobotModel, tuning: ExploreTuning = EXPLORING
 ) -> ExploreForward:
     """Return the maneuver for a goal."""
     return ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
@@ -74,7 +98,7 @@ class ExploreForward:
         speed: float,
         stopping_distance: float,
         robot: RobotModel,
-        tuning: Tuning = TUNING,
+        tuning: ExploreTuning = EXPLORING,
     ) -> None:
         self._speed = speed
         self._stopping_distance = stopping_distance
@@ -163,6 +187,7 @@ EXPLORE_FORWARD = Action(
     needs=("base", "scan", "odometry"),
     example={"fwd_velocity": 0.2, "stopping_distance": 0.5},
     plan=plan,
+    tuning=EXPLORING,
     limits=limits,
     feedback=lambda _goal: {
         "current_distance_travelled": UNBOUNDED,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from action_servers.core.action import Action
+from action_servers.core.action import Action, PublishedTopic
 from action_servers.core.checks import stale_odometry
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import UNBOUNDED, duration_limit
@@ -21,11 +21,11 @@ def plan(
     goal: Any,
     _now: Observation,
     robot: RobotModel,
-    publish_distance: Callable[[float], None],
+    publish: Callable[[Fields], object],
     tuning: Tuning = TUNING,
 ) -> RecordDistance:
     """Return the maneuver for a goal; it publishes the distance, in metres, each second."""
-    return RecordDistance(goal.seconds, robot, publish_distance, tuning)
+    return RecordDistance(goal.seconds, robot, publish, tuning)
 
 
 class RecordDistance:
@@ -37,7 +37,7 @@ class RecordDistance:
         self,
         seconds: int,
         robot: RobotModel,
-        publish: Callable[[float], None],
+        publish: Callable[[Fields], object],
         tuning: Tuning = TUNING,
     ) -> None:
         self._seconds = seconds
@@ -58,7 +58,7 @@ class RecordDistance:
         self._ticker.update(now.time_s)
         self._is_due = self._ticker.take()
         if self._is_due:
-            self._publish(self._odometer.distance)
+            self._publish({"data": self._odometer.distance})
         return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
 
     def feedback(self) -> Fields | None:
@@ -80,6 +80,7 @@ RECORD_DISTANCE = Action(
     needs=("odometry",),
     example={"seconds": 10},
     plan=plan,
+    topic=PublishedTopic("total_distance", "std_msgs/msg/Float64"),
     limits=lambda _robot, tuning: (duration_limit("seconds", tuning),),
     feedback=lambda _goal: {"current_dist": UNBOUNDED},
 )

@@ -9,15 +9,45 @@ a client of Nav2 handles, too.
 from __future__ import annotations
 
 import math
+from dataclasses import astuple, dataclass
 from typing import Any
 
 from action_servers.core.action import Action
-from action_servers.core.error_codes import Codes
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import NOT_NEGATIVE, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
 from action_servers.core.ticker import ROUNDING_S, ChangedFields, Ticker
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.stamps import NS, to_ns
+
+ALLOWANCE = NumberLimit(
+    field="time_allowance", low=0.0, high=math.inf, unit="s", source=NOT_NEGATIVE
+)
+"""The limit of the time allowance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Codes:
+    """The numbers of one of Nav2's recoveries; `invalid_input` is 0 where it has none."""
+
+    unknown: int
+    timeout: int
+    tf_error: int
+    collision_ahead: int
+    invalid_input: int = 0
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """All of its numbers, in ascending order."""
+        return tuple(sorted(filter(None, astuple(self))))
+
+    def of(self, code: int) -> int:
+        """Return the number of a reason for which we have a code."""
+        return {
+            ErrorCode.NONE: 0,
+            ErrorCode.NO_ODOMETRY: self.tf_error,
+            ErrorCode.BLOCKED: self.collision_ahead,
+        }.get(ErrorCode(code), self.unknown)
 
 
 class Allowance(Ticker):

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
-from action_servers.core.error_codes import BACK_UP, DRIVE_ON_HEADING, Codes
 from action_servers.core.limits import (
-    ALLOWANCE,
     LINEAR,
     OVERSHOOT_M,
     SLOWEST_DRIVE,
@@ -21,15 +19,34 @@ from action_servers.core.limits import (
 )
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason, Refusal
 from action_servers.core.ticker import ChangedFields
-from action_servers.core.tuning import TUNING, Tuning
+from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
-from action_servers.driving.recoveries import Allowance
+from action_servers.driving.recoveries import ALLOWANCE, Allowance, Codes
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.base.stamps import NS, to_ns
 from bt_mission.robots.model import RobotModel
 
+BACK_UP = Codes(unknown=710, timeout=711, tf_error=712, invalid_input=713, collision_ahead=714)
+DRIVE_ON_HEADING = Codes(
+    unknown=720, timeout=721, tf_error=722, collision_ahead=723, invalid_input=724
+)
 
-def limits(robot: RobotModel, tuning: Tuning) -> Limits:
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WayTuning(Tuning):
+    """Of drives by a distance."""
+
+    distance_limit: float = number(
+        100.0, (0.1, 10000.0), "Longest way of back_up and drive_on_heading that is accepted, m."
+    )
+
+
+WAYS = WayTuning()
+"""The defaults."""
+
+
+def limits(robot: RobotModel, tuning: WayTuning) -> Limits:
     """Return the limits of `backup` and `drive_on_heading`."""
     fastest, longest = robot.max_linear_velocity, tuning.distance_limit
     source = parameter("distance_limit")
@@ -70,21 +87,21 @@ def feedback(goal: Any) -> FeedbackRanges:
 
 
 def plan_back_up(
-    goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: Any, _now: Observation, robot: RobotModel, tuning: WayTuning = WAYS
 ) -> Straight | Refusal:
     """Return the maneuver for a goal; whatever the signs, the robot drives backwards."""
     return _plan(goal, -abs(goal.target.x), BACK_UP, robot, tuning)
 
 
 def plan_drive_on_heading(
-    goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+    goal: Any, _now: Observation, robot: RobotModel, tuning: WayTuning = WAYS
 ) -> Straight | Refusal:
     """Return the maneuver for a goal; the signs of distance and speed agree."""
     return _plan(goal, goal.target.x, DRIVE_ON_HEADING, robot, tuning)
 
 
 def _plan(
-    goal: Any, distance: float, codes: Codes, robot: RobotModel, tuning: Tuning
+    goal: Any, distance: float, codes: Codes, robot: RobotModel, tuning: WayTuning
 ) -> Straight | Refusal:
     if not math.isfinite(goal.target.y + goal.target.z):
         return Refusal("target must be finite")
@@ -109,7 +126,7 @@ class Straight:
         allowance_s: float,
         codes: Codes,
         robot: RobotModel,
-        tuning: Tuning = TUNING,
+        tuning: WayTuning = WAYS,
         aside: float = 0.0,
     ) -> None:
         self._length = math.hypot(distance, aside)
@@ -157,6 +174,7 @@ BACK_UP_ACTION = Action(
     needs=("base", "scan", "odometry"),
     example={"target": [1.5, 0.0, 0.0], "speed": 0.15},
     plan=plan_back_up,
+    tuning=WAYS,
     limits=limits,
     misfit=partial(misfit, backwards=True),
     misfit_code=BACK_UP.invalid_input,
@@ -170,6 +188,7 @@ DRIVE_ON_HEADING_ACTION = Action(
     needs=("base", "scan", "odometry"),
     example={"target": [1.5, 0.0, 0.0], "speed": 0.15},
     plan=plan_drive_on_heading,
+    tuning=WAYS,
     limits=limits,
     misfit=partial(misfit, backwards=False),
     misfit_code=DRIVE_ON_HEADING.invalid_input,

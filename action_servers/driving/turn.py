@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
-from action_servers.core.error_codes import SPIN
 from action_servers.core.limits import (
-    ALLOWANCE,
     ANGULAR,
     OVERSHOOT_DEG,
     SLOWEST_TURN,
@@ -20,18 +18,44 @@ from action_servers.core.limits import (
 )
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason
 from action_servers.core.ticker import ChangedFields
-from action_servers.core.tuning import TUNING, Tuning
+from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import Drive
-from action_servers.driving.recoveries import Allowance
+from action_servers.driving.recoveries import ALLOWANCE, Allowance, Codes
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.base.stamps import NS, to_ns
 from bt_mission.robots.model import RobotModel
 
-DEFAULT_SPEED = 1.0
-"""rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
-
 ARRIVED_WITHIN = math.radians(0.3)
 """Distance to the target at which the robot is commanded to stop."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurnTuning(Tuning):
+    """Of rotations by an angle."""
+
+    turn_tolerance: float = number(
+        1.0, (0.1, 10.0), "Error with which a rotation counts as done once the robot stands, deg."
+    )
+    turn_limit: float = number(
+        3600.0, (1.0, 36000.0), "Largest angle of turn and spin that is accepted, deg; ten turns."
+    )
+    spin_velocity: float = number(
+        1.0, (0.05, 3.0), "Speed of spin, rad/s; the fastest of Nav2's (0.4 to 1.0)."
+    )
+    default_turn_velocity: float = number(
+        1.0,
+        (SLOWEST_TURN, 3.0),
+        "Speed of a turn whose goal asks for 0, rad/s, at most the robot's. The default is the "
+        "upper end of what Nav2's spin behaviour turns at (0.4 to 1.0).",
+    )
+
+
+TURNING = TurnTuning()
+"""The defaults."""
+
+
+SPIN = Codes(unknown=700, timeout=701, tf_error=702, collision_ahead=703)
 
 
 class Rotation:
@@ -59,7 +83,7 @@ class Rotation:
         return Twist2D(0.0, math.copysign(rate, remaining))
 
 
-def turn_limits(robot: RobotModel, tuning: Tuning) -> Limits:
+def turn_limits(robot: RobotModel, tuning: TurnTuning) -> Limits:
     """Return the limits of `turn`. An angle of 0 succeeds without moving."""
     angle, fastest = tuning.turn_limit, robot.max_angular_velocity
     return (
@@ -87,11 +111,10 @@ def plan(
     goal: Any,
     _now: Observation,
     robot: RobotModel,
-    turn_velocity: float = DEFAULT_SPEED,
-    tuning: Tuning = TUNING,
+    tuning: TurnTuning = TURNING,
 ) -> Turn:
     """Return the maneuver for a goal of `turn`."""
-    speed = goal.angular_velocity or min(turn_velocity, robot.max_angular_velocity)
+    speed = goal.angular_velocity or min(tuning.default_turn_velocity, robot.max_angular_velocity)
     return Turn(math.radians(goal.angle), speed, robot, tuning)
 
 
@@ -104,7 +127,7 @@ class Turn:
     needs_base = True
 
     def __init__(
-        self, angle: float, speed: float, robot: RobotModel, tuning: Tuning = TUNING
+        self, angle: float, speed: float, robot: RobotModel, tuning: TurnTuning = TURNING
     ) -> None:
         self._angle = angle
         self._speed = speed
@@ -155,12 +178,13 @@ TURN = Action(
     needs=("base", "scan", "odometry"),
     example={"angle": 720.0},
     plan=plan,
+    tuning=TURNING,
     limits=turn_limits,
     feedback=turn_feedback,
 )
 
 
-def spin_limits(_robot: RobotModel, tuning: Tuning) -> Limits:
+def spin_limits(_robot: RobotModel, tuning: TurnTuning) -> Limits:
     """Return the limits of `spin`."""
     angle = math.radians(tuning.turn_limit)
     source = parameter("turn_limit")
@@ -175,7 +199,9 @@ def spin_feedback(goal: Any) -> FeedbackRanges:
     return {"angular_distance_traveled": around(goal.target_yaw, math.radians(OVERSHOOT_DEG))}
 
 
-def plan_spin(goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING) -> Spin:
+def plan_spin(
+    goal: Any, _now: Observation, robot: RobotModel, tuning: TurnTuning = TURNING
+) -> Spin:
     """Return the maneuver for a goal of `spin`."""
     return Spin(goal.target_yaw, to_ns(goal.time_allowance) / NS, robot, tuning)
 
@@ -186,7 +212,7 @@ class Spin:
     needs_base = True
 
     def __init__(
-        self, angle: float, allowance_s: float, robot: RobotModel, tuning: Tuning = TUNING
+        self, angle: float, allowance_s: float, robot: RobotModel, tuning: TurnTuning = TURNING
     ) -> None:
         speed = min(tuning.spin_velocity, robot.max_angular_velocity)
         self._turn = Turn(angle, speed, robot, tuning)
@@ -216,6 +242,7 @@ SPIN_ACTION = Action(
     needs=("base", "scan", "odometry"),
     example={"target_yaw": 12.0},
     plan=plan_spin,
+    tuning=TURNING,
     limits=spin_limits,
     codes=SPIN.numbers,
     feedback=spin_feedback,

@@ -19,7 +19,6 @@ from action_servers.core.checks import refusal, stale_joints
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import (
     NOT_NEGATIVE,
-    JointsLimit,
     Limits,
     NumberLimit,
     faults,
@@ -35,9 +34,10 @@ from action_servers.core.maneuver import (
     Refusal,
 )
 from action_servers.core.ticker import Ticker
-from action_servers.core.tuning import TUNING, Tuning
-from bt_mission.base.diagnostics import listed
+from action_servers.core.tuning import Tuning
+from bt_mission.base.diagnostics import did_you_mean, listed
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.base.stamps import NS, to_ns
 from bt_mission.robots.joints import JointLimits
 from bt_mission.robots.model import RobotModel
@@ -45,6 +45,61 @@ from bt_mission.robots.model import RobotModel
 MOST_POINTS = 1_000
 ROUNDING = 1e-6
 LONGEST_S = 3_600.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrajectoryTuning(Tuning):
+    """Of how well an arm follows."""
+
+    joint_tolerance: float = number(
+        0.03,
+        (0.001, 1.0),
+        "Error of a joint at the end of a trajectory that names none, rad or m.",
+    )
+    joint_time_tolerance: float = number(
+        1.0,
+        (0.0, 60.0),
+        "Time for that after the end of a trajectory whose goal_time_tolerance is 0, s.",
+    )
+
+
+TRAJECTORIES = TrajectoryTuning()
+"""The defaults."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointsLimit:
+    """The joints that a goal names: all those of an arm, or some, each once, in any order."""
+
+    field: str
+    joints: tuple[str, ...]
+    source: str = "arm of the robot"
+    needs_all: bool = True
+
+    @property
+    def words(self) -> str:
+        """The accepted values, as text."""
+        return f"{'all' if self.needs_all else 'some'} of {listed(self.joints)}"
+
+    def fault(self, value: Any) -> str | None:
+        """Return why a server refuses a goal with these names, or None."""
+        unknown = self._unknown(value)
+        if unknown is not None:
+            known = f"joints: {listed(self.joints)}"
+            return f"{self.field}: no joint '{unknown[:60]}' in the arm ({known})"
+        twice = next((name for index, name in enumerate(value) if name in value[:index]), None)
+        if twice is not None:
+            return f"{self.field}: the joint '{twice[:60]}' is named twice"
+        missing = [name for name in self.joints if self.needs_all and name not in value]
+        return f"{self.field} must name all joints; missing: {listed(missing)}" if missing else None
+
+    def hint(self, value: Any) -> str | None:
+        """Return the joint that was probably meant, if one is near."""
+        unknown = self._unknown(value)
+        return None if unknown is None else did_you_mean(unknown, self.joints)
+
+    def _unknown(self, names: Any) -> str | None:
+        return next((name for name in names if name not in self.joints), None)
 
 
 class Code(IntEnum):
@@ -79,7 +134,7 @@ def misfit(goal: Any, robot: RobotModel) -> str | None:
     """Return why an arm cannot follow a trajectory, wherever it is now; or None."""
     if robot.arm is None:
         return f"the robot '{robot.name}' has no arm"
-    names = refusal(*faults(goal, limits(robot, TUNING)))
+    names = refusal(*faults(goal, limits(robot, TRAJECTORIES)))
     return names.reason if names is not None else next(_misfits(goal, robot.arm.joints), None)
 
 
@@ -225,7 +280,7 @@ def plan(
     now: Observation,
     robot: RobotModel,
     joints: JointCommands,
-    tuning: Tuning = TUNING,
+    tuning: TrajectoryTuning = TRAJECTORIES,
 ) -> Trajectory | Refusal:
     """Return the maneuver for a goal."""
     wrong = misfit(goal, robot)
@@ -282,7 +337,7 @@ class Tolerances:
     time_s: float
 
     @classmethod
-    def of(cls, goal: Any, names: Sequence[str], tuning: Tuning) -> Tolerances:
+    def of(cls, goal: Any, names: Sequence[str], tuning: TrajectoryTuning) -> Tolerances:
         """Return those of a goal; 0 is the default, and a negative number any error."""
         path = {each.name: each for each in goal.path_tolerance}
         end = {each.name: each for each in goal.goal_tolerance}
@@ -442,6 +497,7 @@ FOLLOW_JOINT_TRAJECTORY = Action(
         }
     },
     plan=plan,
+    tuning=TRAJECTORIES,
     limits=limits,
     misfit=misfit,
     codes=tuple(Code),

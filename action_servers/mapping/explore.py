@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from action_servers.core.action import Action
 from action_servers.core.checks import missing
-from action_servers.core.error_codes import OURS, ErrorCode
-from action_servers.core.grid import Floats
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import UNBOUNDED, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Grid, Observation, Value
 from action_servers.core.ticker import ChangedFields
-from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, NavigationTuning
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
-from action_servers.navigation.surroundings import Surroundings, ignore
+from action_servers.navigation.surroundings import PLAN, Surroundings, ignore
+from action_servers.navigation.tuning import NavigationTuning
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.parameters import number
 from bt_mission.robots.model import RobotModel
 
 GIVEN_UP_M = 0.35
@@ -35,6 +36,45 @@ _STILL_MAP = "the map has not changed since the goal began; is a mapper running?
 
 _NO_WAY = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_PATH)
 
+_OURS = {
+    ErrorCode.TF_ERROR_WHILE_DRIVING: ErrorCode.NO_MAP,
+    ErrorCode.TF_ERROR_WHILE_PLANNING: ErrorCode.NO_MAP,
+    ErrorCode.CONTROLLER_TIMED_OUT: ErrorCode.NO_SCAN,
+}
+"""The codes of missing senses of a drive on the map, as this action numbers them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrontierTuning(NavigationTuning):
+    """With the servers' parameters `frontiers.*`."""
+
+    PREFIX: ClassVar = "frontiers."
+
+    min_length: float = number(
+        0.4,
+        (0.05, 100.0),
+        "Length of the shortest frontier worth a visit where a goal says 0, m: a Waffle passes "
+        "where 0.5 m is free, and a cell on either side is the seam of the wall.",
+    )
+    map_wait: float = number(
+        5.0,
+        (0.5, 600.0),
+        "How long it waits for a map, and for the robot's place on it, before it gives up, s.",
+    )
+    settle: float = number(
+        2.5,
+        (0.5, 60.0),
+        "How long it stands and looks before it believes what the map says of frontiers, s: the "
+        "map comes once a second, and a cell is free when two scans say so.",
+    )
+
+
+FRONTIERS = FrontierTuning()
+"""The defaults."""
+
+
+FRONTIERS = FrontierTuning()
+"""The defaults."""
 
 LIMITS = (
     NumberLimit(field="max_duration", low=0.0, high=86_400.0, unit="s", source="a day"),
@@ -54,14 +94,13 @@ def plan(
     goal: Any,
     _now: Observation,
     robot: RobotModel,
-    frontiers: FrontierTuning = FRONTIERS,
-    navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] = ignore,
+    tuning: FrontierTuning = FRONTIERS,
+    publish: Callable[[Fields], object] = ignore,
 ) -> ExploreFrontiers:
     """Return the maneuver for a goal. It waits for a map that has not arrived yet."""
-    shortest = goal.min_frontier or frontiers.min_length
-    around = Surroundings(robot, navigation, publish_path)
-    return ExploreFrontiers(robot, goal.max_duration, shortest, frontiers, around)
+    shortest = goal.min_frontier or tuning.min_length
+    around = Surroundings(robot, tuning, publish)
+    return ExploreFrontiers(robot, goal.max_duration, shortest, tuning, around)
 
 
 class ExploreFrontiers:
@@ -183,8 +222,8 @@ class ExploreFrontiers:
         self._leg = None
         if answer.status == "succeeded":
             return self._settle(now)
-        if answer.error_code in OURS:
-            return Finished("aborted", OURS[ErrorCode(answer.error_code)], answer.reason)
+        if answer.error_code in _OURS:
+            return Finished("aborted", _OURS[ErrorCode(answer.error_code)], answer.reason)
         if answer.error_code in _NO_WAY:
             self._turn_away(self._target)
         else:
@@ -253,6 +292,8 @@ EXPLORE_FRONTIERS = Action(
     needs=("base", "scan", "odometry", "map"),
     example={"max_duration": 120.0, "min_frontier": 0.5},
     plan=plan,
+    tuning=FRONTIERS,
+    topic=PLAN,
     limits=lambda _robot, _tuning: LIMITS,
     feedback=lambda _goal: {"frontiers_left": UNBOUNDED, "area_mapped": UNBOUNDED},
     waits=True,

@@ -14,14 +14,13 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
-from action_servers.core.tuning import MapperTuning
 from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.navigation.senses import PoseHistory
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.base.goal_rate import MOST_WAITING, RateLimit
-from bt_mission.base.parameters import ParameterSpec
+from bt_mission.base.parameters import ParameterSpec, number
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.ros.executors.process import (
     NO_ARGUMENTS,
@@ -36,6 +35,22 @@ MAP_PREFIX = "map_prefix"
 
 MOST_SAVES, SAVES_WINDOW_S = 5, 1.0
 """Maps that are saved within a time, s: meanwhile no scan is added."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapperTuning:
+    """The parameters of the mapper."""
+
+    update_period: float = number(
+        0.2,
+        (0.05, 2.0),
+        "How often a scan is added, s: every scan of an LDS-01, every other one of a Waffle in "
+        "simulation.",
+        is_fixed=True,
+    )
+    updates_per_map: int = number(
+        5, (1, 100), "Updates from one map to the next; with the default period, one a second."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,18 +10,29 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
-from action_servers.core.error_codes import NAVIGATION as NAVIGATION_CODES
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.grid import Floats
 from action_servers.core.limits import UNBOUNDED
-from action_servers.core.maneuver import Observation, Refusal
-from action_servers.core.tuning import NAVIGATION, NavigationTuning
+from action_servers.core.maneuver import Fields, Observation, Refusal
 from action_servers.navigation.navigate import NavigateToPose
-from action_servers.navigation.surroundings import Surroundings, ignore
+from action_servers.navigation.surroundings import PLAN, Surroundings, ignore
 from action_servers.navigation.through_poses import NavigateThroughPoses
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.base.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.robots.model import RobotModel
+
+CODES = (
+    ErrorCode.TF_ERROR_WHILE_DRIVING,
+    ErrorCode.FAILED_TO_MAKE_PROGRESS,
+    ErrorCode.CONTROLLER_TIMED_OUT,
+    ErrorCode.TF_ERROR_WHILE_PLANNING,
+    ErrorCode.START_OUTSIDE_MAP,
+    ErrorCode.GOAL_OUTSIDE_MAP,
+    ErrorCode.START_OCCUPIED,
+    ErrorCode.GOAL_OCCUPIED,
+    ErrorCode.NO_VALID_PATH,
+)
+"""The codes of Nav2's planner and controller with which a drive on the map ends."""
 
 _UNIT_TOLERANCE = 0.01
 
@@ -73,8 +84,8 @@ def plan_navigate_to_pose(
     goal: Any,
     now: Observation,
     robot: RobotModel,
-    navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] = ignore,
+    tuning: NavigationTuning = NAVIGATION,
+    publish: Callable[[Fields], object] = ignore,
 ) -> NavigateToPose | Refusal:
     """Check a goal of NavigateToPose; a pose in another frame is moved to the map as of now."""
     if goal.behavior_tree:
@@ -82,21 +93,21 @@ def plan_navigate_to_pose(
     pose = on_map(goal.pose, "pose", now)
     if isinstance(pose, Refusal):
         return pose
-    return NavigateToPose(pose, robot, Surroundings(robot, navigation, publish_path))
+    return NavigateToPose(pose, robot, Surroundings(robot, tuning, publish))
 
 
 def plan_follow_waypoints(
     goal: Any,
     now: Observation,
     robot: RobotModel,
-    navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] = ignore,
+    tuning: NavigationTuning = NAVIGATION,
+    publish: Callable[[Fields], object] = ignore,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
     poses = _poses_on_map(goal, now, waypoints_misfit if goal.poses else poses_misfit)
     if isinstance(poses, Refusal):
         return poses
-    around = Surroundings(robot, navigation, publish_path)
+    around = Surroundings(robot, tuning, publish)
     return FollowWaypoints(poses, robot, around, loops=goal.number_of_loops, first=goal.goal_index)
 
 
@@ -104,8 +115,8 @@ def plan_navigate_through_poses(
     goal: Any,
     now: Observation,
     robot: RobotModel,
-    navigation: NavigationTuning = NAVIGATION,
-    publish_path: Callable[[Floats], None] = ignore,
+    tuning: NavigationTuning = NAVIGATION,
+    publish: Callable[[Fields], object] = ignore,
 ) -> NavigateThroughPoses | Refusal:
     """Check a goal of NavigateThroughPoses."""
     if goal.behavior_tree:
@@ -113,7 +124,7 @@ def plan_navigate_through_poses(
     poses = _poses_on_map(goal, now, through_poses_misfit)
     if isinstance(poses, Refusal):
         return poses
-    return NavigateThroughPoses(poses, robot, Surroundings(robot, navigation, publish_path))
+    return NavigateThroughPoses(poses, robot, Surroundings(robot, tuning, publish))
 
 
 def _no_tree(name: str) -> Refusal:
@@ -169,8 +180,10 @@ NAVIGATE_TO_POSE = Action(
     needs=("base", "scan", "odometry", "map"),
     example={"pose": [1.5, 0.0, 0.0]},
     plan=plan_navigate_to_pose,
+    tuning=NAVIGATION,
+    topic=PLAN,
     misfit=pose_misfit,
-    codes=NAVIGATION_CODES,
+    codes=CODES,
     feedback=navigation_feedback,
 )
 
@@ -180,8 +193,10 @@ NAVIGATE_THROUGH_POSES = Action(
     needs=("base", "scan", "odometry", "map"),
     example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
     plan=plan_navigate_through_poses,
+    tuning=NAVIGATION,
+    topic=PLAN,
     misfit=lambda goal, _: through_poses_misfit(goal),
-    codes=NAVIGATION_CODES,
+    codes=CODES,
     feedback=through_poses_feedback,
 )
 
@@ -191,6 +206,8 @@ FOLLOW_WAYPOINTS = Action(
     needs=("base", "scan", "odometry", "map"),
     example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
     plan=plan_follow_waypoints,
+    tuning=NAVIGATION,
+    topic=PLAN,
     misfit=lambda goal, _: waypoints_misfit(goal),
     codes=(ErrorCode.WAYPOINTS_UNKNOWN,),
     feedback=lambda goal: {"current_waypoint": (0.0, max(0, len(goal.poses) - 1))},

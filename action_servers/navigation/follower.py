@@ -13,8 +13,8 @@ import numpy as np
 
 from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.grid import Bools, Floats, Survey
-from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.path import CostModel, Path
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.base.geometry import Pose2D, Twist2D, wrap
 
 _THERE_M = 0.05

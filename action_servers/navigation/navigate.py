@@ -195,7 +195,7 @@ class NavigateToPose:
             self._recoveries += 1
         self._no_path = self._plan_at_s = None
         survey, cost = self.surroundings.survey, self.surroundings.cost
-        self.surroundings.on_path(path.points)
+        self.surroundings.show(path.points)
         self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
         if is_car:
             x, y = path.points[-1].tolist()
@@ -221,7 +221,7 @@ class NavigateToPose:
             self._search = self._next_searches.pop(0)()
         elif search.way is not None:
             survey = self.surroundings.survey
-            self.surroundings.on_path(search.way.poses[:, :2])
+            self.surroundings.show(search.way.poses[:, :2])
             self._follower = ArcFollower(
                 search.way, self._goal.yaw, self._limits, self._body, survey, self._tuning
             )

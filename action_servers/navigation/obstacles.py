@@ -7,7 +7,7 @@ import numpy as np
 from action_servers.core.clearance import into_frame, ray_towards
 from action_servers.core.grid import Bools, Floats, Survey, centres
 from action_servers.core.maneuver import Scan
-from action_servers.core.tuning import NAVIGATION
+from action_servers.navigation.tuning import NAVIGATION
 from bt_mission.base.geometry import Pose2D
 
 _MARK_RANGE_M = 3.0

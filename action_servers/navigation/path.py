@@ -12,7 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from action_servers.core.grid import Floats, Survey
-from action_servers.core.tuning import NAVIGATION, NavigationTuning
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 
 SPACING_M = 0.05
 """Distance between the points of a finished path."""

@@ -6,39 +6,44 @@ from collections.abc import Callable
 
 import numpy as np
 
+from action_servers.core.action import PublishedTopic
 from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame
 from action_servers.core.grid import Floats, Survey, survey
-from action_servers.core.maneuver import Grid, Observation, Scan
-from action_servers.core.tuning import NAVIGATION, NavigationTuning
+from action_servers.core.maneuver import Fields, Grid, Observation, Scan
 from action_servers.navigation.obstacles import ObstacleLayer
 from action_servers.navigation.path import CostModel, cost_model
 from action_servers.navigation.planner import RoadMap, road_map
 from action_servers.navigation.senses import PoseHistory
+from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
 from bt_mission.base.geometry import Pose2D, composed
 from bt_mission.robots.model import RobotModel
 
 _NEAR_M = 1.2
 
 
-def ignore(_path: Floats) -> None:
+PLAN = PublishedTopic("plan", "nav_msgs/msg/Path", is_latched=True)
+"""The path that is driven, as Nav2 publishes it: for RViz and Foxglove."""
+
+
+def ignore(_path: Fields) -> None:
     """Do nothing with a path."""
 
 
 class Surroundings:
     """The map with what the lidar adds, kept up to date by `observe`.
 
-    A scan is placed by the pose that the robot had at the scan's stamp. `on_path` is called with
-    each path that is planned: points in the map, `n x 2` m.
+    A scan is placed by the pose that the robot had at the scan's stamp. `publish` sends the fields
+    of `PLAN`.
     """
 
     def __init__(
         self,
         robot: RobotModel,
         tuning: NavigationTuning = NAVIGATION,
-        on_path: Callable[[Floats], None] = ignore,
+        publish: Callable[[Fields], object] = ignore,
     ) -> None:
         self.tuning = tuning
-        self.on_path = on_path
+        self._publish = publish
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
         self.cost: CostModel = cost_model(robot.passing_radius, tuning)
@@ -97,6 +102,10 @@ class Surroundings:
     def near(self, pose: Pose2D) -> Floats:
         """Return the hits of the newest scan within about a metre, seen from a pose, `n x 2` m."""
         return into_frame(pose, self._near_in_map)
+
+    def show(self, path: Floats) -> None:
+        """Publish a path that is driven from now on: points in the map, `n x 2` m."""
+        self._publish({"poses": [Pose2D(x, y, 0.0) for x, y in path.tolist()]})
 
     def forget(self) -> None:
         """Drop seen obstacles, and start again from the map."""

@@ -19,16 +19,16 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
+from action_servers.core.action import Action, ServerContext
 from action_servers.core.maneuver import (
     Fields,
     Finished,
     Maneuver,
     Observation,
     Refusal,
-    ServedAction,
 )
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
-from action_servers.robot_io.messages import fill
+from action_servers.robot_io.messages import fill, generated_type
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.base.action_requests import BoundedRequests
 from bt_mission.base.geometry import Twist2D
@@ -105,14 +105,15 @@ class ActionAdapter:
     The result's `error_code` and `error_msg` (or `error_string`) are filled from the end of the
     maneuver. A goal whose maneuver raises is aborted with the cause. `refusal` returns why a
     maneuver that moves a part, if any, must not begin now. `sensors` give the robot's state when a
-    goal arrives.
+    goal arrives, and `context` what its plan asks for.
     """
 
     def __init__(
         self,
         node: Node,
         pilot: Pilot,
-        action: ServedAction,
+        action: Action,
+        context: ServerContext,
         sensors: SensorSubscriptions,
         refusal: Callable[[Maneuver, str], str | None],
         burst: int = 1,
@@ -121,10 +122,13 @@ class ActionAdapter:
         self._log = log_of(node).get_child(action.name)
         self._pilot = pilot
         self._action = action
+        self._context = context
+        self._type = generated_type(action.type)
+        self._needs_map = "map" in action.needs
         self.name = node.resolve_topic_name(action.name)
         self._sensors = sensors
         self._refusal = refusal
-        self._planned: Maneuver | None = None
+        self._next: Maneuver | None = None
         self._running: dict[bytes, tuple[ManeuverRun, Future]] = {}
         self._before: list[Before] = []
         self._closed: str | None = None
@@ -134,7 +138,7 @@ class ActionAdapter:
         """Why the last goal was rejected; a rejection in ROS has no reason."""
         self._server = BoundedActionServer(
             node,
-            action.type,
+            self._type,
             self.name,  # resolved: rcl applies no remapping to the plain name of an action
             execute_callback=self._execute,
             goal_callback=self._check,
@@ -147,11 +151,6 @@ class ActionAdapter:
             burst=burst,
         )
 
-    @property
-    def action_name(self) -> str:
-        """The action's name, relative to the namespace."""
-        return self._action.name
-
     def log_from(self, level: LoggingSeverity) -> None:
         """Log what becomes of goals from this level on, in the whole process."""
         self._log.set_level(level)
@@ -159,10 +158,6 @@ class ActionAdapter:
     def close(self, reason: str) -> None:
         """Refuse every goal from now on."""
         self._closed = reason
-
-    def plan_by(self, action: ServedAction) -> None:
-        """Plan later goals by another form of this action."""
-        self._action = action
 
     def interpose(self, before: Before) -> Callable[[], None]:
         """Call a function before each step of the maneuvers; return a function that ends that."""
@@ -187,29 +182,30 @@ class ActionAdapter:
             self.refused = too_many
             self._log.warning(f"goal rejected: {too_many}", throttle_duration_sec=QUIET_S)
             return GoalResponse.REJECT
-        planned = Refusal(self._closed) if self._closed else self._plan(goal)
+        try:
+            planned = Refusal(self._closed) if self._closed else self._planned_for(goal)
+        except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
+            self._log.error("".join(traceback.format_exception(error)))
+            planned = Refusal(f"{type(error).__name__}: {error}")
         if isinstance(planned, Refusal):
             self.refused = planned.reason
             if self._lines.admits(now_ns):
                 self._log.warning(f"goal rejected: {planned.reason}")
             return GoalResponse.REJECT
-        self._planned = planned
+        self._next = planned
         self._rate.count(now_ns)
         return GoalResponse.ACCEPT
 
-    def _plan(self, goal: Any) -> Maneuver | Refusal:
-        try:
-            planned = self._action.plan(goal, self._sensors.observe(on_map=self._action.needs_map))
-            if isinstance(planned, Refusal):
-                return planned
-            reason = self._refusal(planned, self._action.part)
-            return planned if reason is None else Refusal(reason)
-        except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
-            self._log.error("".join(traceback.format_exception(error)))
-            return Refusal(f"{type(error).__name__}: {error}")
+    def _planned_for(self, goal: Any) -> Maneuver | Refusal:
+        now = self._sensors.observe(on_map=self._needs_map)
+        planned = self._action.planned(goal, now, self._context)
+        if isinstance(planned, Refusal):
+            return planned
+        reason = self._refusal(planned, self._action.part)
+        return planned if reason is None else Refusal(reason)
 
     def _begin(self, handle: ServerGoalHandle) -> None:
-        maneuver, self._planned = self._planned, None
+        maneuver, self._next = self._next, None
         assert maneuver is not None  # rclpy continues here directly after _check
         ended = Future()
         meanwhile = ExitStack()
@@ -218,10 +214,10 @@ class ActionAdapter:
             meanwhile.close()
             ended.set_result(outcome)
 
-        feedback_message = self._action.type.Impl.FeedbackMessage(goal_id=handle.goal_id)
+        feedback_message = self._type.Impl.FeedbackMessage(goal_id=handle.goal_id)
 
         def on_feedback(fields: Fields) -> None:
-            feedback_message.feedback = self._filled(self._action.type.Feedback(), fields)
+            feedback_message.feedback = self._filled(self._type.Feedback(), fields)
             try:
                 self._server.publish_feedback(feedback_message)
             except InvalidHandle:
@@ -240,7 +236,7 @@ class ActionAdapter:
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
         try:
-            if self._action.needs_map:
+            if self._needs_map:
                 meanwhile.enter_context(self._sensors.localization())
             meanwhile.enter_context(self._action.during(maneuver, _key(handle).hex()))
         except Exception as error:  # noqa: BLE001 - the goal was accepted, so it ends with the cause
@@ -275,11 +271,11 @@ class ActionAdapter:
         return result
 
     def _result(self, outcome: ManeuverOutcome) -> tuple[Any, ManeuverOutcome]:
-        result = self._action.type.Result()
+        result = self._type.Result()
         try:
             self._filled(result, outcome.result or {})
         except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
-            result = self._action.type.Result()
+            result = self._type.Result()
             outcome = raised(error)
         codes = {
             "error_code": int(outcome.error_code),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -13,7 +13,6 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
-from action_servers.core.maneuver import Maneuver, Observation, Refusal, ServedAction
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.base.dds.liveliness import RECORDER
 from bt_mission.base.geometry import Twist2D
@@ -115,18 +114,6 @@ class CommandPublisher:
         if self._fault != self._logged:
             self._log_fault()
         return self._fault
-
-    def guarded(self, action: ServedAction) -> ServedAction:
-        """Return the action, with goals that drive refused while the robot would not hear."""
-
-        def plan(goal: Any, now: Observation) -> Maneuver | Refusal:
-            planned = action.plan(goal, now)
-            if isinstance(planned, Refusal) or not planned.needs_base:
-                return planned
-            fault = self.watch()
-            return planned if fault is None else Refusal(fault)
-
-        return replace(action, plan=plan) if self._watched else action
 
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Block until every subscriber has acknowledged the last command."""

@@ -297,4 +297,10 @@ def _filled(type_name: str, value: Any, now: Callable[[], Any]) -> Any:
 
 def _made(type_name: str) -> Any:
     package, name = type_name.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)()
+    return generated_type(f"{package}/msg/{name}")()
+
+
+def generated_type(name: str) -> Any:
+    """Return the class of a type, such as "nav2_msgs/action/Spin"."""
+    package, folder, type_name = name.split("/")
+    return getattr(importlib.import_module(f"{package}.{folder}"), type_name)

@@ -3,36 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
-from std_msgs.msg import Float64
+from rclpy.publisher import Publisher
 
-from action_servers.camera.camera import load_formats
-from action_servers.core.action import Action, ServerContext, lacks_part
+from action_servers.core.action import (
+    Action,
+    PublishedTopic,
+    ServerContext,
+    action,
+    lacks_part,
+)
 from action_servers.core.checks import missing
 from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.governor import Governor
-from action_servers.core.maneuver import Maneuver, ServedAction
+from action_servers.core.maneuver import Fields, Maneuver
 from action_servers.core.pilot import Interlock, Pilot
-from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
+from action_servers.core.tuning import TUNING
 from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
 from action_servers.robot_io.joints import JointCommander
+from action_servers.robot_io.messages import MAP_FRAME, fill, generated_type
 from action_servers.robot_io.publisher_watch import PublisherWatch
-from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
-from action_servers.server.actions import action, served
+from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from action_servers.server.parameters import (
-    DEFAULT_TURN_VELOCITY,
     ON_NEW_GOAL,
     declare_server_parameters,
     limited,
 )
-from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
+from action_servers.server.topics import Switches, answer_as_navigator, watch_executives
 from bt_mission.base.action_requests import BURST
 from bt_mission.base.actions import declared
 from bt_mission.base.errors import BtMissionError
@@ -98,7 +103,6 @@ class ServersNode(RobotNode):
 
     def __init__(self, robot: RobotModel, options: ServerOptions) -> None:
         super().__init__(NODE_NAME, options)
-        load_formats()
         sensors = self.declare_all(SensorWiring())
         commands = self.declare_all(CommandWiring.of_type(options.command_type))
         robot = limited(self, robot)
@@ -117,18 +121,16 @@ class ServersNode(RobotNode):
         self._interlock = Interlock(self._pilot)
         self._publisher_watch = self._watch_publishers(sensors.odom, options)
         self._switches = Switches(self, self._interlock)
-        self._distance = self.create_publisher(Float64, "total_distance", 10)
-        self._kit = ServerContext(
+        self._tunings: dict[type, Any] = {}
+        self._is_lean = options.lean
+        self._topics: dict[PublishedTopic, Publisher] = {}
+        self._context_of_plans = ServerContext(
             robot=robot,
-            tuning=tuning,
-            navigation=self.declare_all(NAVIGATION, "navigation."),
-            frontiers=self.declare_all(FRONTIERS, "frontiers."),
+            tuning=self._tuned,
             camera=self._sensors.camera,
             image_folder=options.image_folder,
-            turn_velocity=self.get_parameter(DEFAULT_TURN_VELOCITY).value,
-            publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
             joints=JointCommander(self, robot),
-            publish_path=PlanTopic(self, lean=options.lean).publish,
+            publish=self._publish,
         )
         self._extra = {extra_action.name: extra_action for extra_action in options.extra_actions}
         # On a stage, requests pass by the taps of tests one by one.
@@ -137,6 +139,9 @@ class ServersNode(RobotNode):
         absent = {name for name, each in declared().items() if lacks_part(each.known, robot)}
         mine = [name for name in names if name not in options.without and name not in absent]
         first = set(names) if options.at_first is None else set(options.at_first)
+        if options.at_first is None:
+            for name in names:  # a file of parameters may be that of several robots
+                self.declare_all(self._action(name).tuning)
         self._adapters = [self._offered(name) for name in mine if name in first]
         self._not_yet = [name for name in mine if name not in first]
         self.add_post_set_parameters_callback(self._retune)
@@ -243,30 +248,54 @@ class ServersNode(RobotNode):
             executor.spin_once(timeout_sec=0.0)
         self._base.wait_until_stopped(LAST_WORDS_S)
 
-    def _action(self, name: str) -> ServedAction:
+    def _action(self, name: str) -> Action:
         """Return an action; one of the user's own takes the place of ours."""
-        return served(self._extra[name] if name in self._extra else action(name), self._kit)
+        return self._extra[name] if name in self._extra else action(name)
+
+    def _tuned(self, defaults: Any) -> Any:
+        """Return parameters with their present values."""
+        kind = type(defaults)
+        if kind not in self._tunings:
+            self._tunings[kind] = self.read_all(defaults)
+        return self._tunings[kind]
 
     def _retune(self, _parameters: Sequence[Parameter]) -> None:
         """Have the goals that come from now on planned with the present parameters."""
-        self._kit = replace(
-            self._kit,
-            tuning=self.read_all(TUNING),
-            navigation=self.read_all(NAVIGATION, "navigation."),
-            frontiers=self.read_all(FRONTIERS, "frontiers."),
-            turn_velocity=self.get_parameter(DEFAULT_TURN_VELOCITY).value,
-        )
-        self._governor.tuning = self._kit.tuning
-        for adapter in self._adapters:
-            adapter.plan_by(self._base.guarded(self._action(adapter.action_name)))
+        self._tunings.clear()
+        self._governor.tuning = self._tuned(TUNING)
+
+    def _publish(self, topic: PublishedTopic, fields: Fields) -> None:
+        """Publish for a goal; on a stage, what is latched only while somebody subscribes to it."""
+        publisher = self._topics[topic]
+        if self._is_lean and topic.is_latched and not publisher.get_subscription_count():
+            return
+        clock = self.get_clock()
+        message = fill(generated_type(topic.type)(), fields, lambda: clock.now().to_msg())
+        if hasattr(message, "header"):
+            message.header.frame_id, message.header.stamp = MAP_FRAME, clock.now().to_msg()
+        publisher.publish(message)
 
     def _lose_base(self, reason: str) -> None:
         if not self._pilot.idle:
             self._pilot.stop(reason)
 
     def _offered(self, name: str) -> ActionAdapter:
-        guarded = self._base.guarded(self._action(name))
-        return ActionAdapter(self, self._pilot, guarded, self._sensors, self._refusal, self._burst)
+        offered = self._action(name)
+        offered.offered()
+        self.declare_all(offered.tuning)
+        topic = offered.topic
+        if topic is not None and topic not in self._topics:
+            qos = LATCHED if topic.is_latched else 10
+            self._topics[topic] = self.create_publisher(generated_type(topic.type), topic.name, qos)
+        return ActionAdapter(
+            self,
+            self._pilot,
+            offered,
+            self._context_of_plans,
+            self._sensors,
+            self._refusal,
+            self._burst,
+        )
 
     def _watch_publishers(self, odometry: str, options: ServerOptions) -> PublisherWatch | None:
         """Look out for a second robot; on a stage, which is lean, there is no other."""
@@ -275,7 +304,8 @@ class ServersNode(RobotNode):
         return PublisherWatch(self, odometry, self._lose_base)
 
     def _refusal(self, maneuver: Maneuver, part: str) -> str | None:
-        reason = self._interlock.refusal(needs_base=maneuver.needs_base, part=part)
+        reason = self._base.watch() if maneuver.needs_base else None
+        reason = reason or self._interlock.refusal(needs_base=maneuver.needs_base, part=part)
         if reason is None and maneuver.needs_base and self._publisher_watch is not None:
             reason = self._publisher_watch.look()
         return reason

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from action_servers.core.limits import SLOWEST_TURN
-from action_servers.driving import turn
 from bt_mission.base.parameters import ParameterSpec
 from bt_mission.robots.model import RobotModel
 from bt_mission.ros.executors.process import RobotNode
 
-DEFAULT_TURN_VELOCITY = "default_turn_velocity"
 SLOWEST_CONTROL_HZ, FASTEST_CONTROL_HZ = 5.0, 100.0
 LOWEST_LINEAR, LOWEST_ANGULAR = 0.05, 0.1
 
@@ -55,21 +52,13 @@ def limited(node: RobotNode, robot: RobotModel) -> RobotModel:
 
 
 def declare_server_parameters(node: RobotNode, robot: RobotModel, image_folder: Path) -> None:
-    """Declare the fixed parameters, and the speed of turns, which may change in a run."""
+    """Declare what the node was started with, to be looked at."""
     node.declare(
         "robot", ParameterSpec(robot.name, "Model of the robot: limits, hull and sensors.")
     )
     node.declare(
-        "image_folder", ParameterSpec(str(image_folder), "Where camera sweeps make their folders.")
-    )
-    fastest = robot.max_angular_velocity
-    node.declare(
-        DEFAULT_TURN_VELOCITY,
+        "image_folder",
         ParameterSpec(
-            min(turn.DEFAULT_SPEED, fastest),
-            "Speed of a turn whose goal asks for 0, rad/s.",
-            SLOWEST_TURN,
-            fastest,
-            is_fixed=False,
+            str(image_folder), "Where images are stored, those of each goal in a folder."
         ),
     )

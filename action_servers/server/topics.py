@@ -1,4 +1,4 @@
-"""What the servers hear and tell beside their actions: stop, motors, executives, plan, state."""
+"""What the servers hear and tell beside their actions: stop, motors, executives, state."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
-from nav_msgs.msg import Path
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
@@ -22,10 +20,8 @@ from std_srvs.srv import Trigger
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.executive_watch import LOOK_S, ExecutiveLimits, ExecutiveWatch
-from action_servers.core.grid import Floats
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.robot_io.adapter import REQUESTS
-from action_servers.robot_io.messages import MAP_FRAME
 from action_servers.robot_io.sensors import LATCHED
 from bt_mission.base.dds.liveliness import TOPIC
 from bt_mission.base.ros_log import log_of
@@ -97,31 +93,6 @@ def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
         liveliness_lease_duration=Duration(nanoseconds=round(limits.executive_lease * 1e9)),
     )
     node.create_subscription(Empty, TOPIC, lambda _: None, presence, event_callbacks=events)
-
-
-class PlanTopic:
-    """Publishes the path that is driven on `plan`, as Nav2 does, latched: for RViz and Foxglove.
-
-    `lean`: only while somebody subscribes to it.
-    """
-
-    def __init__(self, node: Node, *, lean: bool) -> None:
-        self._lean = lean
-        self._clock = node.get_clock()
-        self._publisher = node.create_publisher(Path, "plan", LATCHED)
-
-    def publish(self, points: Floats) -> None:
-        """Publish a path: points in the map, `n x 2` m."""
-        if self._lean and not self._publisher.get_subscription_count():
-            return
-        path = Path()
-        path.header.frame_id = MAP_FRAME
-        path.header.stamp = self._clock.now().to_msg()
-        for x, y in points.tolist():
-            pose = PoseStamped(header=path.header)
-            pose.pose.position.x, pose.pose.position.y = x, y
-            path.poses.append(pose)
-        self._publisher.publish(path)
 
 
 def answer_as_navigator(node: Node, is_ready: Callable[[], bool]) -> None:

@@ -1,7 +1,9 @@
 """The declaration of a node's ROS parameters: default, limits, description.
 
-Parameters that belong together are the fields of a frozen dataclass, made by `number` and `text`;
-those whose limits depend on the robot are single specs by name. `executors.process` declares both.
+Parameters that belong together are the fields of a frozen dataclass, made by `number` and `text`.
+Its `PREFIX`, if it has one, comes before the names of its own fields, not of inherited ones.
+Parameters whose limits depend on the robot are single specs by name.
+`executors.process` declares both.
 """
 
 from __future__ import annotations
@@ -62,8 +64,17 @@ def text(name: str, default: str, description: str, choices: tuple[str, ...] = (
 
 def specs(declared: Any) -> dict[str, tuple[str, ParameterSpec]]:
     """Return name and spec of the parameter of each field of a dataclass that has one."""
+    kind = declared if isinstance(declared, type) else type(declared)
+    prefixes = {
+        name: vars(base).get("PREFIX", "")
+        for base in reversed(kind.__mro__)
+        for name in vars(base).get("__annotations__", ())
+    }
     return {
-        field.name: (field.metadata.get("name", field.name), field.metadata["spec"])
+        field.name: (
+            prefixes[field.name] + field.metadata.get("name", field.name),
+            field.metadata["spec"],
+        )
         for field in fields(declared)
         if "spec" in field.metadata
     }

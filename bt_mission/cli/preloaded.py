@@ -31,7 +31,8 @@ def main() -> None:
 
 
 def _load() -> None:
-    from action_servers.server.actions import action, generated_type
+    from action_servers.core.action import action
+    from action_servers.robot_io.messages import generated_type
     from bt_mission.base.actions import declared
     from bt_mission.base.output import write_file
     from bt_mission.cli import main as run

@@ -197,9 +197,9 @@ def _print_refusals(options: argparse.Namespace) -> bool:
     """Print which goals the servers of a graph refuse by their parameters; tell if there is one."""
     from action_servers.server.node import NODE_NAME
     from bt_mission.ros.graph_check import find_servers
-    from bt_mission.sessions.goal_checks import PARAMETERS, with_parameters
+    from bt_mission.sessions.goal_checks import limiting_parameters, with_parameters
 
-    servers = find_servers(NODE_NAME, PARAMETERS, options.namespace)
+    servers = find_servers(NODE_NAME, limiting_parameters(), options.namespace)
     if servers is None:
         print(f"no node {NODE_NAME} answers, so the limits of goals were not checked")
         return False

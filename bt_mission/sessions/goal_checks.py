@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from action_servers.core.action import Action, lacks_part
+from action_servers.core.action import Action, action, lacks_part
 from action_servers.core.limits import Limit, NumberLimit
-from action_servers.core.tuning import TUNING, Tuning
-from action_servers.server.actions import action
-from bt_mission.base.actions import declared_as
+from bt_mission.base.actions import declared, declared_as
 from bt_mission.base.diagnostics import Diagnostic
+from bt_mission.base.parameters import specs
 from bt_mission.base.stamps import NS
 from bt_mission.base.yaml.document import Document
 from bt_mission.language.action_names import plugged
@@ -47,12 +46,12 @@ class ServerSettings:
     """Parameters of the action servers that decide which goals they refuse.
 
     Args:
-        tuning: Their limits.
+        parameters: Values of their parameters, by name, if they differ from the defaults.
         velocities: Their highest speeds, by the robot's names, if these are lower.
         offered: The actions that they offer; None is all.
     """
 
-    tuning: Tuning = TUNING
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     velocities: Mapping[str, float] | None = None
     offered: frozenset[str] | None = None
 
@@ -94,7 +93,7 @@ class ServerGoalRules:
         if rules is None or lacks_part(rules, self._robot):
             return
         refused = False
-        for limit in rules.limits(self._robot, self._settings.tuning):
+        for limit in rules.limits_with(self._robot, self._settings.parameters):
             value = _value(values, limit.field)
             why = None if value is None else limit.fault(value)
             if why is not None:
@@ -312,12 +311,16 @@ def _in_degrees(limit: NumberLimit, value: float) -> str | None:
 VELOCITIES = ("max_linear_velocity", "max_angular_velocity")
 """Parameters of the servers that also are numbers of a robot."""
 
-PARAMETERS = (*(field.name for field in fields(Tuning)), *VELOCITIES)
-"""The parameters of the servers by which they may refuse goals."""
+
+def limiting_parameters() -> tuple[str, ...]:
+    """Return the parameters of the servers by which they may refuse goals."""
+    tunings = (action(name).tuning for name in declared())
+    names = {name for tuning in tunings for name, _ in specs(tuning).values()}
+    return *sorted(names), *VELOCITIES
 
 
 def with_parameters(parameters: Mapping[str, Any], offered: frozenset[str]) -> ServerSettings:
-    """Return the settings of servers that run, from the `PARAMETERS` of their node."""
+    """Return the settings of servers that run, from the `limiting_parameters` of their node."""
     known = {name: value for name, value in parameters.items() if name not in VELOCITIES}
     velocities = {name: parameters[name] for name in VELOCITIES if name in parameters}
-    return ServerSettings(replace(TUNING, **known), velocities, offered)
+    return ServerSettings(known, velocities, offered)

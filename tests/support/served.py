@@ -11,10 +11,10 @@ from typing import Any
 
 from builtin_interfaces.msg import Duration
 
-from action_servers.core.action import Action
-from action_servers.core.limits import ColourLimit, JointsLimit, Limit
-from action_servers.core.tuning import TUNING
-from action_servers.server.actions import action, generated_type
+from action_servers.core.action import Action, action
+from action_servers.core.limits import ChoiceLimit, Limit, NumberLimit
+from action_servers.joints.trajectory import JointsLimit
+from action_servers.robot_io.messages import generated_type
 from bt_mission.base.actions import declared
 from bt_mission.robots.model import RobotModel
 from bt_mission.ros.interface_types import fill
@@ -66,7 +66,7 @@ class Served:
 
     def limits(self, robot: RobotModel) -> tuple[Limit, ...]:
         """Return the limits of its goals for a robot."""
-        return self.action.limits(robot, TUNING)
+        return self.action.limits_with(robot)
 
     @property
     def poses(self) -> dict[str, str]:
@@ -87,10 +87,11 @@ class Served:
 
 def _outside(limit: Limit, valid: Any) -> tuple[Any, ...]:
     """Return values that a limit excludes, of the type of a valid one."""
-    if isinstance(limit, ColourLimit):
+    if isinstance(limit, ChoiceLimit):
         return ("", "bleu", "x" * 10_000)
     if isinstance(limit, JointsLimit):
         return [], ["elbow"], [*valid, valid[0]], [*valid, "elbow"]
+    assert isinstance(limit, NumberLimit)
     if isinstance(valid, Duration):
         return Duration(sec=-1), Duration(sec=LEAST)
     if isinstance(valid, int):

@@ -7,9 +7,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from action_servers.core.action import action
 from action_servers.core.limits import NumberLimit
-from action_servers.core.tuning import TUNING
-from action_servers.server.actions import action
 from bt_mission.base import files
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.agents.site import Site
@@ -54,7 +53,7 @@ TEXTS: Mapping[str, Callable[[], str]] = {
 
 def limits_of(name: str, robot: RobotModel) -> dict[str, str]:
     """Return what the server of an action accepts for a robot, by the fields of its goals."""
-    limits = action(name).limits(robot, TUNING)
+    limits = action(name).limits_with(robot)
     return {limit.field: limit.words for limit in limits if isinstance(limit, NumberLimit)}
 
 

@@ -9,9 +9,8 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
+from action_servers.core.action import action
 from action_servers.core.limits import NumberLimit
-from action_servers.core.tuning import TUNING
-from action_servers.server.actions import action
 from bt_mission.base.actions import declared
 from bt_mission.base.diagnostics import InputError
 from bt_mission.commands.edit.outline import outline
@@ -290,7 +289,7 @@ def _limits(kind: str, robot: RobotModel) -> dict[str, NumberLimit]:
     if name not in declared():
         return {}
     try:
-        limits = action(name).limits(robot, TUNING)
+        limits = action(name).limits_with(robot)
     except InputError:
         return {}
     return {

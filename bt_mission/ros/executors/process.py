@@ -107,19 +107,20 @@ class RobotNode(ValidClock, Node):
             self._texts[name] = spec
         return value
 
-    def declare_all(self, defaults: D, prefix: str = "") -> D:
+    def declare_all(self, defaults: D) -> D:
         """Declare the parameters of a dataclass, with its values as defaults; return their values.
 
-        `prefix` comes before each name, such as `navigation.`. Raises as `declare`.
+        Parameters that are declared keep their values. Raises as `declare`.
         """
         for attribute, (name, spec) in specs(defaults).items():
-            self.declare(prefix + name, replace(spec, default=getattr(defaults, attribute)))
-        return self.read_all(defaults, prefix)
+            if not self.has_parameter(name):
+                self.declare(name, replace(spec, default=getattr(defaults, attribute)))
+        return self.read_all(defaults)
 
-    def read_all(self, defaults: D, prefix: str = "") -> D:
+    def read_all(self, defaults: D) -> D:
         """Return the present values of the parameters of a dataclass, which are declared."""
         values = {
-            attribute: self.get_parameter(prefix + name).value
+            attribute: self.get_parameter(name).value
             for attribute, (name, _) in specs(defaults).items()
         }
         return replace(defaults, **values)

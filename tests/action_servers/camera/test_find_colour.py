@@ -8,10 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from action_servers.camera.colours import HUES_DEG, largest_patch
-from action_servers.camera.find_colour import FindColour, plan
+from action_servers.camera.find_colour import HUES_DEG, FindColour, largest_patch, plan
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.limits import COLOURS
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Image, Observation
 
 BEACONS = {
@@ -42,7 +40,7 @@ def picture(colour, *, light=1.0, tint=(1.0, 1.0, 1.0), noise=0.0):
 
 
 @pytest.mark.parametrize("light", [0.35, 0.7, 1.0, 1.1])
-@pytest.mark.parametrize("colour", COLOURS)
+@pytest.mark.parametrize("colour", HUES_DEG)
 def test_each_beacon_is_found_in_any_light(colour, light):
     """And is no other colour: in shade, and where the light is so strong that it clips."""
     seen = picture(BEACONS[colour], light=light)
@@ -55,7 +53,7 @@ def test_each_beacon_is_found_in_any_light(colour, light):
 
 
 @pytest.mark.parametrize("tint", [(1.1, 1.0, 0.85), (0.85, 1.0, 1.1)])
-@pytest.mark.parametrize("colour", COLOURS)
+@pytest.mark.parametrize("colour", HUES_DEG)
 def test_warm_and_cold_light_and_noise_are_borne(colour, tint):
     """A patch of nearly its size, and nothing in the grey around it."""
     patch = largest_patch(picture(BEACONS[colour], tint=tint, noise=4.0), colour)

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.camera.colours import HUES_DEG
-from action_servers.core.action import Action, Misfit, ServerContext
+from action_servers.core.action import Action, Misfit, ServerContext, action
 from action_servers.core.checks import stale
 from action_servers.core.error_codes import ErrorCode
-from action_servers.core.limits import COLOURS, NumberLimit, faults
+from action_servers.core.limits import NumberLimit, faults
 from action_servers.core.maneuver import (
     Finished,
     Grid,
@@ -25,16 +24,7 @@ from action_servers.core.maneuver import (
     Refusal,
     Scan,
 )
-from action_servers.core.tuning import (
-    FRONTIERS,
-    NAVIGATION,
-    TUNING,
-    FrontierTuning,
-    MapperTuning,
-    NavigationTuning,
-    Tuning,
-)
-from action_servers.server.actions import action
+from action_servers.mapping.node import MapperTuning
 from bt_mission.base.actions import declared
 from bt_mission.base.geometry import Pose2D
 from bt_mission.base.parameters import specs
@@ -75,14 +65,10 @@ def context(**changes: Any) -> ServerContext:
     """The servers of a Waffle, with changes."""
     usual: dict[str, Any] = {
         "robot": WAFFLE,
-        "tuning": TUNING,
-        "navigation": NAVIGATION,
-        "frontiers": FRONTIERS,
+        "tuning": lambda defaults: defaults,
         "camera": Camera(),
         "image_folder": Path("images"),
-        "turn_velocity": 1.0,
-        "publish_distance": lambda _: None,
-        "publish_path": lambda _: None,
+        "publish": lambda *_: None,
         "joints": SimpleNamespace(send=lambda *_: None),
     }
     return ServerContext(**usual | changes)
@@ -331,12 +317,7 @@ def test_a_duration_counts_in_seconds():
     assert list(faults(goal, (limit,))) == ["time must be 0 s or more, got -1.5"]
 
 
-def test_the_colours_are_those_with_a_hue():
-    """In the same order."""
-    assert tuple(HUES_DEG) == COLOURS
-
-
-TUNINGS = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
+TUNINGS = (MapperTuning, *dict.fromkeys(type(action(name).tuning) for name in declared()))
 
 
 @pytest.mark.parametrize(

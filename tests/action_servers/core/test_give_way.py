@@ -8,11 +8,10 @@ from collections.abc import Callable
 
 import pytest
 
-from action_servers.core.error_codes import BACK_UP, DRIVE_ON_HEADING
 from action_servers.core.maneuver import Maneuver
 from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.move import Move
-from action_servers.driving.straight import Straight
+from action_servers.driving.straight import BACK_UP, DRIVE_ON_HEADING, Straight
 from action_servers.driving.turn import Turn
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import RobotModel

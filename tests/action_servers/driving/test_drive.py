@@ -133,15 +133,15 @@ def test_a_move_does_not_begin_where_there_is_no_room(fake, waffle):
 
 def test_a_recorded_distance_is_told_and_published_each_second_and_ends_with_the_last(fake, waffle):
     """Five for five seconds; the sum is the path from odometry."""
-    published: list[float] = []
+    published: list[Any] = []
     base = fake(waffle)
     record = RecordDistance(5, waffle, published.append)
     reports, end = reported(base, record, 6.0, FORWARD)
     assert end == Finished("succeeded")
     assert [time for time, _ in reports] == [1.0, 2.0, 3.0, 4.0, 5.0]
-    assert published == [distance for _, distance in reports]
-    assert published[-1] == pytest.approx(base.x)
-    assert record.result() == {"status": True, "total_dist": published[-1]}
+    assert published == [{"data": distance} for _, distance in reports]
+    assert reports[-1][1] == pytest.approx(base.x)
+    assert record.result() == {"status": True, "total_dist": reports[-1][1]}
 
 
 def test_before_the_end_the_status_of_a_record_is_false(fake, waffle):

@@ -11,8 +11,7 @@ import pytest
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished
-from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.explore_forward import ExploreForward, limits
+from action_servers.driving.explore_forward import EXPLORING, ExploreForward, ExploreTuning, limits
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import RobotModel
 from tests.support.thorough import sample
@@ -190,13 +189,13 @@ def test_odometry_that_jumps_ends_the_goal(fake, waffle):
 def test_stopping_distance_keeps_clear_of_the_blind_ring_of_the_lidar(robot):
     """A lidar that cannot see what touches the hull needs a longer stopping distance."""
     blind = robot.lidar.min_range - (robot.hull.front - robot.lidar.x)
-    stopping_distance: Any = limits(robot, TUNING)[1]
+    stopping_distance: Any = limits(robot, EXPLORING)[1]
     assert stopping_distance.low == max(0.05, blind + 0.05)
 
 
 def test_a_stopping_distance_is_never_shorter_than_the_governors(waffle):
     """The base would be held before it is there."""
-    stopping_distance: Any = limits(waffle, Tuning(stop_margin=0.2))[1]
+    stopping_distance: Any = limits(waffle, ExploreTuning(stop_margin=0.2))[1]
     assert stopping_distance.low == pytest.approx(0.22)
 
 

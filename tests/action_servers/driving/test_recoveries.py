@@ -9,11 +9,18 @@ from typing import Any
 import pytest
 from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 
-from action_servers.core.error_codes import BACK_UP, DRIVE_ON_HEADING, SPIN, ErrorCode
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation
 from action_servers.driving import turn
 from action_servers.driving.recoveries import WaitManeuver
-from action_servers.driving.straight import Straight, plan_back_up, plan_drive_on_heading
+from action_servers.driving.straight import (
+    BACK_UP,
+    DRIVE_ON_HEADING,
+    Straight,
+    plan_back_up,
+    plan_drive_on_heading,
+)
+from action_servers.driving.turn import SPIN
 
 
 @pytest.mark.parametrize(

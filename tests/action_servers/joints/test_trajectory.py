@@ -11,7 +11,6 @@ from control_msgs.action import FollowJointTrajectory, GripperCommand
 from control_msgs.msg import JointTolerance
 
 from action_servers.core.maneuver import ZERO, Finished, JointReadings, Observation, Refusal
-from action_servers.core.tuning import TUNING
 from action_servers.joints import gripper, trajectory
 from action_servers.joints.trajectory import Code
 from bt_mission.robots.model import load_robot
@@ -68,7 +67,7 @@ def to(*positions: float, after: float = 2.0, **fields: Any) -> dict[str, Any]:
 
 def planned(message: Any, joints: Joints) -> Any:
     """Return what becomes of a goal."""
-    return trajectory.plan(message, joints.observe(), ROBOT, joints, TUNING)
+    return trajectory.plan(message, joints.observe(), ROBOT, joints)
 
 
 def run(maneuver: Any, joints: Joints, most: int = 200) -> tuple[Finished, float]:
@@ -207,7 +206,7 @@ def test_a_cancel_stops_the_joints_where_they_are() -> None:
 def grip(position: float, joints: Joints) -> Any:
     """Return the maneuver of a gripper's goal."""
     message = fill(GripperCommand.Goal(), {"command": {"position": position}})
-    return gripper.plan(message, joints.observe(), ROBOT, joints, TUNING)
+    return gripper.plan(message, joints.observe(), ROBOT, joints)
 
 
 def test_a_gripper_gets_there_or_stalls() -> None:

@@ -10,9 +10,8 @@ import pytest
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import Finished, Grid, Observation
-from action_servers.core.tuning import FRONTIERS
 from action_servers.mapping import explore
-from action_servers.mapping.explore import ExploreFrontiers, plan
+from action_servers.mapping.explore import FRONTIERS, ExploreFrontiers, plan
 from action_servers.mapping.occupancy import OccupancyMapper
 from bt_mission.base.geometry import Pose2D
 from bt_mission.robots.model import load_robot

@@ -177,7 +177,7 @@ def test_a_car_drives_its_way_to_the_goal(world: Any, robot_in: Any) -> None:
     goal = dataclasses.replace(place.goal, yaw=math.radians(90.0))
     robot = robot_in(place, model=CAR)
     paths: list[Any] = []
-    maneuver = NavigateToPose(goal, CAR, Surroundings(CAR, on_path=paths.append))
+    maneuver = NavigateToPose(goal, CAR, Surroundings(CAR, publish=paths.append))
     assert robot.drive(maneuver, 120.0) == SUCCEEDED
     assert not robot.collided
     assert robot.distance_to(goal) < 0.1
@@ -185,8 +185,8 @@ def test_a_car_drives_its_way_to_the_goal(world: Any, robot_in: Any) -> None:
     assert robot.reversed_m > 0.5
     assert robot.travelled < 6.0
     assert maneuver.recoveries == 0
-    arcs = paths[1]
-    assert arcs[0] == pytest.approx((place.start.x, place.start.y))
-    assert arcs[-1] == pytest.approx((goal.x, goal.y), abs=0.1)
+    first, *_, last = paths[1]["poses"]
+    assert (first.x, first.y) == pytest.approx((place.start.x, place.start.y))
+    assert (last.x, last.y) == pytest.approx((goal.x, goal.y), abs=0.1)
     bends = [abs(t.angular) - SHARPEST * abs(t.linear) for _, _, t in robot.trace]
     assert max(bends) < 1e-9

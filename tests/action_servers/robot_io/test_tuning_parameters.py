@@ -6,17 +6,18 @@ import pytest
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
-from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
+from action_servers.core.action import action
+from action_servers.robot_io.messages import generated_type
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.base.actions import declared
 from bt_mission.base.parameters import specs
-
-TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
 
 
 def planned(node, name, **fields):
     """What becomes of a goal."""
     (action,) = [first._action for first in node._adapters if first._action.name == name]
-    return action.plan(action.type.Goal(**fields), node._sensors.observe())
+    goal = generated_type(action.type).Goal(**fields)
+    return action.planned(goal, node._sensors.observe(), node._context_of_plans)
 
 
 @pytest.fixture
@@ -43,14 +44,16 @@ def make_node(waffle, tmp_path, context):
 def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
     """May be set while the node runs, unless it is fixed, and then is refused with what to do."""
     node = make_node()
-    for prefix, tunings in TUNINGS:
-        for name, (_, allowed) in specs(tunings).items():
-            described, default = node.describe_parameter(prefix + name), getattr(tunings(), name)
+    for tuning in {
+        type(each): each for each in (action(name).tuning for name in declared())
+    }.values():
+        for attribute, (name, allowed) in specs(tuning).items():
+            described, default = node.describe_parameter(name), getattr(tuning, attribute)
             assert described.description == allowed.description
-            for declared in described.floating_point_range or described.integer_range:
-                assert (declared.from_value, declared.to_value) == (allowed.low, allowed.high)
-            assert node.get_parameter(prefix + name).value == default
-            (answer,) = node.set_parameters([Parameter(prefix + name, value=default)])
+            for number in described.floating_point_range or described.integer_range:
+                assert (number.from_value, number.to_value) == (allowed.low, allowed.high)
+            assert node.get_parameter(name).value == default
+            (answer,) = node.set_parameters([Parameter(name, value=default)])
             assert answer.successful == (not allowed.is_fixed)
             assert ("restart it with --ros-args -p" in answer.reason) == allowed.is_fixed
 

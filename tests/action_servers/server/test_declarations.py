@@ -10,10 +10,8 @@ from importlib import import_module
 
 import pytest
 
-from action_servers.core.action import Action
+from action_servers.core.action import Action, action
 from action_servers.core.limits import faults
-from action_servers.core.tuning import TUNING
-from action_servers.server.actions import action
 from bt_mission.base.actions import ActionName, declared
 from bt_mission.language.message_types import field_at, value_type
 from bt_mission.robots.model import load_robot
@@ -45,12 +43,12 @@ def test_every_limit_names_a_field_of_the_type(name):
     result = action(name)
     shape = shapes(result.type)
     goal = fill(action_type(result.type).Goal(), result.example)
-    for limit in result.limits(WITH_ARM, TUNING):
+    for limit in result.limits_with(WITH_ARM):
         field_at(shape.sends, limit.field)  # raises UnknownField
     for field in result.feedback(goal):
         assert shape.asks is not None
         assert value_type(field_at(shape.asks, field)) in ("integer", "number")
-    assert not any(faults(goal, result.limits(WITH_ARM, TUNING)))
+    assert not any(faults(goal, result.limits_with(WITH_ARM)))
     assert result.misfit(goal, WITH_ARM) is None
 
 
@@ -59,7 +57,7 @@ def test_a_goal_of_each_type_can_be_checked(name):
     """A message with all fields at 0 meets no exception."""
     result = action(name)
     goal = action_type(result.type).Goal()
-    assert all(fault is None or fault for fault in faults(goal, result.limits(WITH_ARM, TUNING)))
+    assert all(fault is None or fault for fault in faults(goal, result.limits_with(WITH_ARM)))
     assert result.misfit(goal, WITH_ARM) is None or result.misfit(goal, load_robot("waffle"))
 
 

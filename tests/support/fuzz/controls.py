@@ -19,7 +19,8 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
-from action_servers.core.tuning import NAVIGATION, TUNING
+from action_servers.driving.turn import TURNING
+from action_servers.navigation.tuning import NAVIGATION
 from action_servers.server.parameters import declare_server_parameters, limited
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
@@ -110,7 +111,7 @@ def _parameters() -> RobotNode:
     made = RobotNode("fuzzed_servers", RobotNodeOptions(context=node().context))
     robot = limited(made, load_robot("waffle"))
     declare_server_parameters(made, robot, Path("images"))
-    made.declare_all(TUNING)
+    made.declare_all(TURNING)
     made.declare_all(NAVIGATION)
     return made
 

@@ -20,14 +20,12 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.action import ServerContext
+from action_servers.core.action import ServerContext, action
 from action_servers.core.governor import Governor
 from action_servers.core.maneuver import Refusal
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
-from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
-from action_servers.robot_io.messages import fill
+from action_servers.robot_io.messages import fill, generated_type
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
-from action_servers.server.actions import action, served
 from bt_mission.base.actions import declared
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.geometry import Twist2D
@@ -122,20 +120,16 @@ class Play(ProgramPlay):
         self.sensors = SensorSubscriptions(self.node, SensorWiring(), robot)  # type: ignore[arg-type]
         self.context = ServerContext(
             robot=robot,
-            tuning=TUNING,
-            navigation=NAVIGATION,
-            frontiers=FRONTIERS,
+            tuning=lambda defaults: defaults,
             camera=self.sensors.camera,
             image_folder=Path("images"),
-            turn_velocity=1.0,
-            publish_distance=lambda _: None,
-            publish_path=lambda _: None,
+            publish=lambda *_: None,
             joints=SimpleNamespace(send=_check_positions),
         )
         self.pilot = Pilot(
             self.sensors.observe, self._command, Governor(robot), replaces=self.program.chance(0.8)
         )
-        self.actions = tuple(served(action(name), self.context) for name in declared())
+        self.actions = tuple(action(name) for name in declared())
         self.running: list[ManeuverRun] = []
         for kind in (Odometry, LaserScan, OccupancyGrid, TFMessage, JointState):
             self._deliver(kind, serialize_message(self._sane(kind)))
@@ -158,28 +152,30 @@ class Play(ProgramPlay):
 
     def _goal(self) -> str:
         action = self.program.pick(self.actions)
-        goal = interface_types.fill(action.type.Goal(), self._value(_shape(action.type.Goal)))
-        planned = action.plan(goal, self.sensors.observe(on_map=action.needs_map))
+        kind = generated_type(action.type)
+        goal = interface_types.fill(kind.Goal(), self._value(_shape(kind.Goal)))
+        now = self.sensors.observe(on_map="map" in action.needs)
+        planned = action.planned(goal, now, self.context)
         if isinstance(planned, Refusal):
             assert planned.reason, "a goal is refused without a reason"
             return f"{action.name} refused: {planned.reason[:200]}"
         why = self.pilot.refusal(needs_base=planned.needs_base, part=action.part)
         if why is not None:
             return f"{action.name} refused: {why}"
-        self._start(action, planned)
+        self._start(action, kind, planned)
         return f"{action.name} began: {goal}"[:500]
 
-    def _start(self, action: Any, planned: Any) -> None:
+    def _start(self, action: Any, kind: Any, planned: Any) -> None:
         if hasattr(planned, "store"):
             planned.store.save = lambda *_: None  # no pictures on the disk
 
         def on_feedback(fields: Any) -> None:
-            serialize_message(self._filled(action.type.Feedback(), fields))
+            serialize_message(self._filled(kind.Feedback(), fields))
 
         def on_end(outcome: ManeuverOutcome) -> None:
             self.running.remove(run)
             self.log.append(f"{action.name} {outcome.status}: {outcome.reason[:200]}")
-            serialize_message(self._filled(action.type.Result(), outcome.result or {}))
+            serialize_message(self._filled(kind.Result(), outcome.result or {}))
             cause = outcome.cause
             if cause is not None and not self.is_clear(cause):
                 raise cause
