@@ -317,7 +317,10 @@ def test_a_duration_counts_in_seconds():
     assert list(faults(goal, (limit,))) == ["time must be 0 s or more, got -1.5"]
 
 
-TUNINGS = (MapperTuning, *dict.fromkeys(type(action(name).tuning) for name in declared()))
+TUNINGS: tuple[Any, ...] = (
+    MapperTuning,
+    *dict.fromkeys(type(action(name).tuning) for name in declared()),
+)
 
 
 @pytest.mark.parametrize(
