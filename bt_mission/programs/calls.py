@@ -199,6 +199,8 @@ class Call(greenlet):
         """When it began to loop, while it waits for nothing else."""
         self.number = -1
         """Of the task that it is; a callback has none."""
+        self.loop: Any = None
+        """The loop of ``asyncio`` that runs in its code, while it waits."""
         self._function, self._args = function, args
 
     def run(self) -> None:
@@ -219,13 +221,11 @@ class Call(greenlet):
             raise GreenletExit
         while True:
             self.wait = wait
-            loop = running_loop(None)
             try:
                 assert self.parent is not None, "a call is resumed by its host"
                 self.parent.switch()
             finally:
                 self.wait = None
-                running_loop(loop)
             if self.handler is None:
                 break
             handle, self.handler = self.handler, None

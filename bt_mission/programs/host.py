@@ -484,7 +484,7 @@ class ProgramHost:
         self.calls[call] = None
         program = call.program
         call.parent = getcurrent()
-        former = replaced.enter(program.context)
+        former = replaced.enter(call)
         program.swap_in()
         try:
             call.switch()
@@ -499,7 +499,7 @@ class ProgramHost:
                 raise
         finally:
             program.swap_out()
-            program.context = replaced.leave(former)
+            replaced.leave(call, former)
             if call.dead:
                 self.calls.pop(call, None)
                 if call.spin is not None:
@@ -556,9 +556,10 @@ class ProgramHost:
         """
         if self._changed:
             self._changed = False
-            if all(call.wait is None or call.wait.is_timed for call in self.calls):
-                return
-            find_stuck(self.calls, self.stuck, self.holders_of, self.executors_of)
+            for call in self.calls:
+                if call.wait is not None and not call.wait.is_timed:
+                    find_stuck(self.calls, self.stuck, self.holders_of, self.executors_of)
+                    return
 
     def refuse_standstill(self) -> None:
         """Name the calls that wait while nothing will ever be due.
@@ -589,7 +590,7 @@ class ProgramHost:
         """Have a call run `finally`, and no more."""
         call.is_over = True
         over = Over() if call.wait is None else call.wait.over
-        former = replaced.enter(call.program.context)
+        former = replaced.enter(call)
         call.program.swap_in()
         try:
             with suppress(BaseException):  # whatever its code raises; it may be of another thread
@@ -597,7 +598,7 @@ class ProgramHost:
                 call.throw(GreenletExit)
         finally:
             call.program.swap_out()
-            replaced.leave(former)
+            replaced.leave(call, former)
             self.calls.pop(call, None)
             over.set_result(None)  # what has awaited it ends, too
 

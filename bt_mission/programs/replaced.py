@@ -36,7 +36,7 @@ from bt_mission.base import user_loops
 from bt_mission.base.code_owner import owner_of
 from bt_mission.base.stamps import NS
 from bt_mission.programs import clocks, goals, logs, signals, threads
-from bt_mission.programs.calls import Wait, current_call, running_loop
+from bt_mission.programs.calls import Call, Wait, current_call, running_loop
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from bt_mission.programs.mains import LoopFinder, MainProgram, ProgramContext, RclpyOfNodes
 
@@ -209,24 +209,23 @@ def install() -> Callable[[], None]:
     return end
 
 
-def enter(context: Any) -> tuple[Any, Any, Any]:
-    """Let rclpy's default context and ``datetime`` be those of a program. Return the former ones.
+def enter(call: Call) -> tuple[Any, Any, Any]:
+    """Give the code of a call its default context, ``datetime``, and loop of ``asyncio`` that runs.
 
-    A class that is pickled has to be found in its module: ``datetime`` of others stays. A loop of
-    ``asyncio`` that runs the stage does not run the program.
+    Return the former ones. A class that is pickled has to be found in its module: ``datetime`` of
+    others stays.
     """
-    former = utilities.g_default_context, datetime.datetime, running_loop(None)
-    utilities.g_default_context = context
+    former = utilities.g_default_context, datetime.datetime, running_loop(call.loop)
+    utilities.g_default_context = call.program.context
     datetime.datetime = clocks.Datetime  # type: ignore[misc]
     return former
 
 
-def leave(former: tuple[Any, Any, Any]) -> Any:
-    """End :func:`enter`. Return the default context until now."""
-    latter = utilities.g_default_context
+def leave(call: Call, former: tuple[Any, Any, Any]) -> None:
+    """End :func:`enter`."""
+    call.program.context = utilities.g_default_context
     utilities.g_default_context, datetime.datetime, loop = former  # type: ignore[misc]
-    running_loop(loop)
-    return latter
+    call.loop = running_loop(loop)
 
 
 _NEW = {

@@ -58,11 +58,15 @@ def find_stuck(
         if (chain := _circle(holders_of, call)) is not None:
             known.update(chain)
             raise DeadlockError(_text(chain, ""))
-    for program in dict.fromkeys(call.program for call in waiting):
-        own = [call for call in waiting if call.program is program]
-        if _is_stuck(calls, executors_of(program), own):
-            known.update(own)
-            raise DeadlockError(_text(own, _remedy(executors_of(program))))
+    mine: dict[Program, list[Call]] = {}
+    for call in waiting:
+        mine.setdefault(call.program, []).append(call)
+    for program, own in mine.items():
+        if not _can_continue(program, calls, own):
+            executors = executors_of(program)
+            if all(executor.free() is None for executor in executors):
+                known.update(own)
+                raise DeadlockError(_text(own, _remedy(executors)))
 
 
 def refuse_standstill(calls: Iterable[Call]) -> None:
@@ -130,15 +134,11 @@ def _group_holder(holders_of: Callable[[Any], Sequence[Call]], call: Call) -> Ca
     return None
 
 
-def _is_stuck(
-    calls: Iterable[Call], executors: Sequence[ProgramExecutor], waiting: Sequence[Call]
-) -> bool:
-    """Return whether all code of a program waits for itself, and none can be called."""
-    if any(call.wait is None or call.wait.is_timed for call in waiting):
-        return False
-    program = waiting[0].program
-    if program.handlers and any(call.life is program.life for call in waiting):
-        return False  # a signal continues its main thread
-    if any(call.program is program and call not in waiting for call in calls):
-        return False
-    return all(executor.free() is None for executor in executors)
+def _can_continue(program: Program, calls: Iterable[Call], waiting: Sequence[Call]) -> bool:
+    """Return whether code of a program does not only wait for other code of it."""
+    for call in waiting:
+        if call.wait is None or call.wait.is_timed:
+            return True
+        if program.handlers and call.life is program.life:
+            return True  # a signal continues its main thread
+    return any(call.program is program and call not in waiting for call in calls)

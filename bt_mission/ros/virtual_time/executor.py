@@ -23,6 +23,7 @@ resumed after every round of callbacks, as under rclpy's own executors.
 from __future__ import annotations
 
 import inspect
+from bisect import insort
 from collections import Counter
 from collections.abc import Callable, Coroutine, Sequence
 from operator import itemgetter
@@ -54,6 +55,8 @@ endless.
 """
 
 Alarm = tuple[int, Callable[[], Any]]
+
+_AT = itemgetter(0)
 
 _NEVER = 2**63
 """Nanoseconds: beyond all that a ROS clock shows."""
@@ -137,8 +140,7 @@ class VirtualTimeExecutor(Spinning):
         if time_ns < self._now_ns:
             raise ValueError(f"{time_ns} ns is in the past: it is {self._now_ns} ns")
         alarm = (time_ns, function)
-        self._alarms.append(alarm)
-        self._alarms.sort(key=itemgetter(0))  # those of the same instant keep their order
+        insort(self._alarms, alarm, key=_AT)  # those of the same instant keep their order
         return alarm
 
     def cancel_call(self, alarm: Alarm) -> None:
