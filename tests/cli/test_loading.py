@@ -173,7 +173,9 @@ def test_a_run_loads_what_its_mission_needs(tmp_path: Path) -> None:
     modules = loaded(tmp_path, LISTED, "run", "short.yaml", "--json")
     assert {"rclpy", "mujoco", "py_trees"} <= of_packages(modules)
     assert of_packages(modules).isdisjoint({"scipy", "cv2", "PIL", "rich", "textual"})
-    assert "bt_mission.commands.convert" not in modules
+    adding = {row.folder for row in ROWS if row.adds.keys() & {"show", "recording"}}
+    commands = {".".join(name.split(".")[:3]) for name in modules if "on.commands." in name}
+    assert commands == {"bt_mission.commands.run", *adding}
 
 
 @pytest.mark.thorough
