@@ -70,6 +70,7 @@ def play(options: argparse.Namespace) -> int:
             played.flaws += stage.watch.flaws
             is_wrong = is_wrong or (options.strict and bool(played.flaws))
     if options.json:
+        played.warnings = stage.program_warnings
         print(json.dumps(played.as_dict() | kept))
     else:
         for line in played.lines if on_screen else ():

@@ -180,7 +180,7 @@ def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
         from bt_mission.views.terminal.log_lines import LogLineView
 
         return LogLineView()
-    from bt_mission.views.terminal.views import view_for
+    from bt_mission.views.terminal.live_view import view_for
 
     return view_for(sys.stdout, plan.title, plain=plain)
 

@@ -80,7 +80,7 @@ def serve(options: argparse.Namespace) -> int:
     from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
-    from bt_mission.views.terminal.views import ServedLines
+    from bt_mission.views.terminal.live_view import ServedLines
 
     def say(text: str) -> None:
         with suppress(OSError):  # a closed output: missions are carried out for their clients

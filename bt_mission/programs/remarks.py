@@ -72,6 +72,8 @@ class Remarks:
         self._starved_ns: dict[int, int] = {}
         """Since when messages of a subscription wait, by its identity."""
         self._lines: set[tuple[str, str]] = set()
+        self.warnings: list[str] = []
+        """The warnings in the logs, each after the name of its node."""
 
     def refuse(self, entity: Any, node: Node, holders: Sequence[Call], *, by_group: bool) -> None:
         """Note that an action server or a subscription has to wait for these calls."""
@@ -114,8 +116,9 @@ class Remarks:
             is_second = part == "cancel" and "result" in parts and len(refused.times_ns) > 1
             waited_ns = self._clock.now_ns - refused.times_ns[is_second]
             if part in parts and waited_ns >= WAITED_NS:
-                log_of(waitable._node).warning(
-                    f"the {name} waited {waited_ns / NS:g} s: {refused.why} [{LATE}]"
+                self._warn(
+                    waitable._node,
+                    f"the {name} waited {waited_ns / NS:g} s: {refused.why} [{LATE}]",
                 )
 
     def serve(self, entity: Any, node: Node, waiting: Sequence[Call]) -> None:
@@ -175,4 +178,8 @@ class Remarks:
         line = (node.get_fully_qualified_name(), text)
         if line not in self._lines:
             self._lines.add(line)
-            log_of(node).warning(text)
+            self._warn(node, text)
+
+    def _warn(self, node: Node, text: str) -> None:
+        self.warnings.append(f"{node.get_fully_qualified_name().lstrip('/')}: {text}")
+        log_of(node).warning(text)

@@ -216,7 +216,7 @@ def enter(call: Call) -> tuple[Any, Any, Any]:
     others stays.
     """
     former = utilities.g_default_context, datetime.datetime, running_loop(call.loop)
-    utilities.g_default_context = call.program.context
+    utilities.g_default_context = call.program.context  # type: ignore[assignment]
     datetime.datetime = clocks.Datetime  # type: ignore[misc]
     return former
 

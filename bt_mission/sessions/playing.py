@@ -47,6 +47,7 @@ class Played:
         why: Why it has ended: ``ended``, ``idle``, ``limit``, ``interrupted`` or ``failed``.
         failure: Why they cannot continue, such as a deadlock.
         flaws: A line for each callback that has held the clock.
+        warnings: Those of their nodes about their threads, messages and clocks.
     """
 
     exit_codes: dict[str, int | None]
@@ -55,6 +56,7 @@ class Played:
     why: str = "ended"
     failure: str = ""
     flaws: list[str] = field(default_factory=list)
+    warnings: Sequence[str] = ()
 
     @property
     def verdict(self) -> str:

@@ -339,6 +339,11 @@ class Stage(Session):
         """The goals that action servers have got since there are programs, in their order."""
         return () if self._host is None else self._host.goals.all
 
+    @property
+    def program_warnings(self) -> Sequence[str]:
+        """The warnings of programs' nodes about their threads, messages and clocks."""
+        return () if self._host is None else self._host.remarks.warnings
+
     def has_idle_programs(self, *, only_serve: bool) -> bool:
         """Return whether no program will do anything unless another one asks for it.
 

@@ -13,15 +13,23 @@ from tests.support.command_line import CommandLine
 from tests.support.project import ROOT
 
 CODE = ROOT / "docs" / "tutorials" / "code"
+LATE = (
+    "fibonacci: the cancel request waited 16 s: FibonacciServer.execute (sleepy_server.py:32) "
+    "sleeps in the only thread of its executor; use a MultiThreadedExecutor and a "
+    "ReentrantCallbackGroup [BT-920]"
+)
 EXPECTED = "expected a Python file, an installed module or console script, got"
 
 
 @pytest.mark.parametrize(
-    ("threads", "line"),
-    [("", (20.0, "status 4, 22 numbers")), (" --threads", (5.0, "status 5, 7 numbers"))],
+    ("threads", "line", "warnings"),
+    [
+        ("", (20.0, "status 4, 22 numbers"), [LATE]),
+        (" --threads", (5.0, "status 5, 7 numbers"), []),
+    ],
 )
 def test_a_server_and_a_client_are_played(
-    cli: CommandLine, threads: str, line: tuple[float, str]
+    cli: CommandLine, threads: str, line: tuple[float, str], warnings: list[str]
 ) -> None:
     """It ends when the server only waits; the code is that of the programs."""
     server, client = f"{CODE}/sleepy_server.py", f"{CODE}/impatient_client.py"
@@ -29,6 +37,7 @@ def test_a_server_and_a_client_are_played(
     assert played["exit_codes"] == {"sleepy_server": None, "impatient_client": 0}
     assert played["lines"][-1] == [line[0], "impatient_client", line[1]]
     assert (played["time_s"], played["why"]) == (line[0], "idle")
+    assert played["warnings"] == warnings
 
 
 def test_a_deadlock_ends_the_run(cli: CommandLine, tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ BORDERS = {
 
 TYPES_ONLY = (
     "bt_mission.commands.doctor",
-    "bt_mission.views.terminal.views",
+    "bt_mission.views.terminal.live_view",
     *cases("TAKE_A_CONSOLE"),
 )
 """Modules that take a console, and make none: they import its class for annotations."""

@@ -31,8 +31,8 @@ from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile
 from bt_mission.testing.coverage_report import as_html
 from bt_mission.views.terminal.console import EscapingConsole, coloured
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
+from bt_mission.views.terminal.live_view import LiveTree, LiveView, PlainView
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
-from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
 from bt_mission.views.tui.app import WatchApp
 from bt_mission.views.web.report.details import details
 from bt_mission.views.web.report.page import RobotRun, page_of

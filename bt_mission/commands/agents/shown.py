@@ -25,7 +25,7 @@ from bt_mission.commands.agents.site import Site
 from bt_mission.executive.events.watched_mission import targets
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import Timeline, read_timeline
-from bt_mission.views.terminal.chart import MapChart
+from bt_mission.views.terminal.map_chart import MapChart
 from bt_mission.views.terminal.marks import marks_for, text_of
 
 COLUMNS, ROWS = 72, 22

@@ -156,7 +156,7 @@ class Entities:
         return offered
 
     def ready(self, owed: Sequence[Arrived], *, any_held: bool) -> Sequence[Arrived]:
-        """Return the arrivals that can be served, in the order of the entities' creation.
+        """Return the arrivals that can be served, by kind, then in the order of creation.
 
         Args:
             owed: What was ready earlier, was not served, and is not reported again.

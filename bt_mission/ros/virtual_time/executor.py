@@ -10,11 +10,12 @@ every node it serves and repeats one step:
 4. serve callbacks until none is ready ("quiet"), what passes between nodes through its taps;
 5. fire the timers that are due, one at a time, and become quiet again after each.
 
-Nodes, and the entities of a node, are served in the order of their creation, so the same inputs
-give the same sequence of callbacks in every process. Step 4 ends with the truth only if a
-message is in the reader's queue before ``publish`` returns. That holds for rmw_fastrtps_cpp
-within one process, and :func:`bt_mission.ros.virtual_time.self_test` proves it on the machine at
-hand.
+What is ready is served by kind (subscriptions, services, clients, guard conditions, waitables),
+then by node and entity in the order of their creation (`bt_mission.ros.executors.entities`). So
+the same inputs give the same sequence of callbacks in every process. Step 4 ends with the truth
+only if a message is in the reader's queue before ``publish`` returns. That holds for
+rmw_fastrtps_cpp within one process, and :func:`bt_mission.ros.virtual_time.self_test` proves it on
+the machine at hand.
 
 The executor runs on the caller's thread and starts none. Coroutine callbacks and tasks are
 resumed after every round of callbacks, as under rclpy's own executors.

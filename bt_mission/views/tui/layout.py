@@ -12,7 +12,7 @@ from textual.widgets import Input
 
 from bt_mission.base.text import lines_of
 from bt_mission.executive.events.watched_mission import targets
-from bt_mission.views.terminal.chart import MapChart
+from bt_mission.views.terminal.map_chart import MapChart
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.terminal.panels import (
     Rows,

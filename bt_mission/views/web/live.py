@@ -18,9 +18,9 @@ from bt_mission.executive.events.source import (
 )
 from bt_mission.executive.events.watched_mission import WatchedMission, possible_verbs
 from bt_mission.views.web.board import Board, put_state, touched_by
+from bt_mission.views.web.camera_jpeg import jpeg_of
 from bt_mission.views.web.encoding import ROBOT_PARTS
 from bt_mission.views.web.page_requests import PageRequest
-from bt_mission.views.web.pictures import jpeg_of
 
 if TYPE_CHECKING:
     from bt_mission.scenarios.faults.live import LiveFaults

@@ -22,7 +22,7 @@ from bt_mission.executive.events.watched_mission import targets
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal import panels
-from bt_mission.views.terminal.chart import MapChart
+from bt_mission.views.terminal.map_chart import MapChart
 from bt_mission.views.terminal.marks import marks_for
 from tests.support.fuzz.finding import Finding, Verdict
 

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from bt_mission.executive.events.messages import CameraImage
-from bt_mission.views.web.pictures import jpeg_of
+from bt_mission.views.web.camera_jpeg import jpeg_of
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from bt_mission.executive.events.messages import (
     Zones,
 )
 from bt_mission.executive.events.robot_state import RobotState
-from bt_mission.views.terminal.chart import MapChart
+from bt_mission.views.terminal.map_chart import MapChart
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks, text_of
 
 QUARTER = 1.5707963267948966

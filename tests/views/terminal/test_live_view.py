@@ -14,7 +14,7 @@ from bt_mission.scenarios.fleets.loader import load_fleet
 from bt_mission.sessions.drive import drive
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.terminal.console import EscapingConsole
-from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
+from bt_mission.views.terminal.live_view import LiveTree, LiveView, PlainView
 from tests.support.played_session import PlayedSession
 from tests.support.terminal import shown_by_terminal
 
