@@ -334,5 +334,4 @@ def main(
         command_type=command_type,
         allow_duplicates=allow_duplicates,
     )
-    load_formats()
     return run(NODE_NAME, process, options, lambda options: ServersNode(model, options))
