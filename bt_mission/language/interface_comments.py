@@ -11,29 +11,13 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from bt_mission.base.units import WORDS
+from bt_mission.base.units import UNITS
 
 END_OF_SECTION = "---"
 
-_UNITS = (
-    "m/s^2|m/s²|m/s|rad/s^2|rad/s|deg/s|1/s|km/h|kg|km|cm|mm|um|m|rad|deg|°C|°|ms|us|ns|min|h|s|"
-    "Hz|Nm|N|V|mV|A|mA|Ah|W|J|Pa|hPa|K|C|T|lx|%|px|pixels|bytes|Bq|dB|dBm"
-)
-_WORDS = {
-    **WORDS,
-    "degrees celsius": "°C",
-    "kilograms": "kg",
-    "volts": "V",
-    "amperes": "A",
-    "percent": "%",
-}
-_UNIT = rf"({'|'.join(re.escape(word) for word in sorted(_WORDS, key=len, reverse=True))}|{_UNITS})"
-_LEADING = re.compile(rf"{_UNIT}(?=[,;:]|$)\s*[,;:]?\s*")
-_BRACKETS = re.compile(rf"\s*[\[(](?:in )?{_UNIT}[\])]", re.IGNORECASE)
-_IN_WORDS = re.compile(
-    rf"\bin ({'|'.join(re.escape(word) for word in sorted(_WORDS, key=len, reverse=True))})\b",
-    re.IGNORECASE,
-)
+_UNITS = frozenset((*UNITS, "m^2", "m/s^2", "1/s", "Hz", "%", "V"))
+"""Units that begin a comment, before a comma: ``deg, how far to turn``."""
+
 _FIELD = re.compile(r"([A-Za-z][\w/]*(?:<=\d+)?(?:\[[^\]]*\])?)\s+([A-Za-z]\w*)\s*(=?)\s*(.*)")
 
 
@@ -113,15 +97,9 @@ def read_interface(text: str) -> InterfaceText:
 
 def field_comment(comment: str) -> FieldComment:
     """Separate the unit from the rest of a comment."""
-    comment = " ".join(comment.split())
-    if match := _LEADING.match(comment):
-        return FieldComment(_short(match[1]), comment[match.end() :])
-    if match := _BRACKETS.search(comment):
-        rest = comment[: match.start()] + comment[match.end() :]
-        return FieldComment(_short(match[1]), rest.strip(" ,;:"))
-    if match := _IN_WORDS.search(comment):
-        return FieldComment(_short(match[1]), comment)
-    return FieldComment("", comment)
+    whole = " ".join(comment.split())
+    unit, _, text = whole.partition(",")
+    return FieldComment(unit, text.strip()) if unit in _UNITS else FieldComment("", whole)
 
 
 def _heading(lines: list[str]) -> Iterator[str]:
@@ -173,7 +151,3 @@ def _split(line: str) -> tuple[str, str, str]:
         elif character == "#":
             return line[:index].strip(), "#", line[index:].strip("# ").strip()
     return line.strip(), "", ""
-
-
-def _short(unit: str) -> str:
-    return _WORDS.get(unit.lower(), unit)

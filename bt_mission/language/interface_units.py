@@ -1,4 +1,6 @@
-"""The units of the fields of ROS interfaces, from the comments in their files.
+"""The units of the fields of ROS interfaces: what `10 cm` becomes there.
+
+Only comments of this project count. A changed comment of somebody else's changes no mission.
 
 ROS itself is not needed: the files are those that interface packages install.
 """
@@ -12,10 +14,20 @@ from bt_mission.base.interface_files import file_text, share_folders
 from bt_mission.language.interface_comments import InterfaceText, read_interface
 
 SI = "SI"
-"""The unit of a field without a comment in a package that keeps to REP 103."""
+"""The unit of a field in a package that keeps to REP 103."""
 
-REP_103 = frozenset(("geometry_msgs", "nav2_msgs", "nav_msgs", "sensor_msgs", "trajectory_msgs"))
+REP_103 = frozenset(
+    ("control_msgs", "geometry_msgs", "nav2_msgs", "nav_msgs", "sensor_msgs", "trajectory_msgs")
+)
 """Packages whose numbers are in metres, seconds and radians by default."""
+
+OWN = "bt_mission_interfaces"
+"""The package whose comments begin with the unit of the field."""
+
+_IN_DEGREES = frozenset(
+    (("sensor_msgs/msg/NavSatFix", "latitude"), ("sensor_msgs/msg/NavSatFix", "longitude"))
+)
+"""Fields of packages of REP 103 whose angles are in degrees."""
 
 PARTS = {"goal": 0, "result": 1, "feedback": 2, "request": 0, "response": 1, "message": 0}
 """The sections of interface files."""
@@ -39,7 +51,7 @@ class FieldType:
 
     Attributes:
         name: Its type, such as `float32` or `geometry_msgs/PoseStamped[]`; empty if unknown.
-        unit: The unit in its comment; empty without one.
+        unit: The unit that its own file declares; empty without one.
         interface: The full name of the type of its file.
     """
 
@@ -72,7 +84,10 @@ def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> Fie
             interface, section = _message(name, interface), 0
         part_section = interface_of(interface).section(section)
         written = _full(part_section.types.get(step, ""), interface)
-        unit = part_section.remark(step).unit or unit
+        if interface.partition("/")[0] == OWN:
+            unit = part_section.remark(step).unit or unit
+        elif (interface, step) in _IN_DEGREES:
+            unit = "deg"
     return FieldType(written, unit, interface)
 
 

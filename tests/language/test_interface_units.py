@@ -1,4 +1,4 @@
-"""The units of fields, from the comments in interface files."""
+"""The units of fields of interfaces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ OURS = "bt_mission_interfaces/action"
         ("nav2_msgs/action/BackUp", "goal", ["target", 0], "m"),
         ("nav2_msgs/action/BackUp", "goal", ["time_allowance"], "s"),
         ("geometry_msgs/msg/Twist", "message", ["angular", "z"], SI),
-        ("sensor_msgs/msg/BatteryState", "message", ["voltage"], "V"),
+        ("sensor_msgs/msg/LaserScan", "message", ["angle_min"], SI),
+        ("sensor_msgs/msg/NavSatFix", "message", ["latitude"], "deg"),
+        ("control_msgs/action/GripperCommand", "goal", ["command", "position"], SI),
         ("std_msgs/msg/Float64", "message", ["data"], ""),
         ("std_msgs/msg/String", "message", ["data"], None),
         ("nobody_msgs/msg/Nothing", "message", ["data"], ""),
@@ -35,5 +37,5 @@ OURS = "bt_mission_interfaces/action"
 def test_the_unit_of_a_field(
     interface: str, part: str, path: Sequence[str | int], unit: str | None
 ) -> None:
-    """From its comment, by what it is, or by REP 103; none where nothing is known."""
+    """From our comment, by what it is, or by REP 103; none where nothing is known."""
     assert unit_of_field(interface, part, tuple(path)) == unit

@@ -14,13 +14,12 @@ from itertools import count as count_up
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.base.commands import added
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.file_kinds import MISSIONS
 from bt_mission.base.interrupts import InterruptSignals
 from bt_mission.base.python_process import python_command, python_environment
 from bt_mission.cli import recording
-from bt_mission.cli.argument_types import count, input_file
+from bt_mission.cli.argument_types import input_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.extensions import Kept, ReplayAddition
 from bt_mission.cli.options import (
@@ -46,33 +45,25 @@ if TYPE_CHECKING:
     from bt_mission.recording.replay.timeline import Timeline
     from bt_mission.sessions.drive import Reports
 
-MOST_TRIES = 100
-FILES = ("record", "report", "trace", *(kind.option.attribute for kind in added("recording")))
-"""Options that keep a run."""
-
 EPILOG = """\
 examples:
   bt-mission run square --record run.mcap
   bt-mission fork run.mcap --at 12.3 --set speed=0.1    slower from then on
   bt-mission fork run.mcap --at 12.3 --mission edited.yaml --record better.mcap
-  bt-mission fork run.mcap --sweep-at --set speed=0.1   the latest instant at which it helps
   bt-mission fork run.mcap --at 12.3 --fault 'at 13: drop scan lasting 2'
   bt-mission fork run.mcap --at 12.3                    check that the run repeats exactly
   bt-mission fork two.mcap --at 5 --robot burger1 --set speed=0.1    one robot of a fleet
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
-run repeated exactly; with --sweep-at: an instant was found), 1 otherwise, or with an incomplete
-file, 2 bad input, or a difference before the fork, 130 interrupted
+run repeated exactly), 1 otherwise, or with an incomplete file, 2 bad input, or a difference before
+the fork, 130 interrupted
 """
 
 
 def fork(options: argparse.Namespace) -> int:
     """Fork the run; gives the exit code."""
-    if options.at is None and not options.sweep_at:
-        raise BtMissionError(
-            "give the instant with --at S, or search for the last one with --sweep-at",
-            code="BT-1102",
-        )
+    if options.at is None:
+        raise BtMissionError("give the instant with --at S", code="BT-1102")
     announce(f"running {options.file} again")
     from bt_mission.base.dds.middleware import prepare_middleware
 
@@ -95,13 +86,11 @@ def fork(options: argparse.Namespace) -> int:
         print(f"{options.file}: {line}", file=sys.stderr)
     if source.others:
         refuse_for_kind(options, "fleet")
-    change, step_ns = ForkChange(), source.step_at(options.at or 0.0)
+    change, step_ns = ForkChange(), source.step_at(options.at)
     if options.mission is not None:
         change = edited(source, options.mission, permissions, step_ns)
     given = values_of(change.mission_of(source.mission_at(step_ns)), options.set)
     change = replace(change, values={**change.values, **given}, faults=tuple(options.fault))
-    if options.sweep_at:
-        return _sweep(options, source, change)
     result, kept, is_whole = run_fork(options, source, change, step_ns)
     if options.json:
         print(json.dumps({**result.as_dict(), "asked_at": options.at, **kept}))
@@ -113,60 +102,11 @@ def fork(options: argparse.Namespace) -> int:
     return SUCCESS if is_well and is_whole else MISSION_FAILED
 
 
-def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) -> int:
-    """Tell the last instant at which a change would have saved the mission."""
-    from bt_mission.base.wall_clock import Stopwatch
-    from bt_mission.commands.fork import sweep
-    from bt_mission.commands.fork.terminal import fork_lines, sweep_lines, try_line
-
-    if change.edit is not None and source.revisions:
-        raise BtMissionError(
-            f"{source.path}: the mission was revised, so --sweep-at does not apply to --mission; "
-            "give the instant with --at S",
-            code="BT-1102",
-        )
-    is_edited = change.edit is not None and change.edit.requirements != source.mission.requirements
-    sweep.check_worth(source, has_more=bool(options.require) or is_edited)
-    bare = argparse.Namespace(**vars(options) | dict.fromkeys(FILES))
-    wall = Stopwatch()
-
-    def attempt(step_ns: int) -> sweep.Try:
-        try:
-            result, _, _ = run_fork(bare, source, change, step_ns, sweep.limit_of(source))
-        except BtMissionError as error:
-            return sweep.refused(source, step_ns, error)
-        if result.report.reason.startswith("interrupted by"):
-            raise KeyboardInterrupt
-        return sweep.Try.of(result)
-
-    tries = sweep.sweep(source, attempt, options.tries or MOST_TRIES)
-    while True:
-        try:
-            print(try_line(next(tries)), file=sys.stderr, flush=True)
-        except StopIteration as end:
-            swept: sweep.SweepResult = end.value
-            break
-    wall_s = wall.elapsed_s
-    kept: Kept = {}
-    is_whole = True
-    lines = sweep_lines(source, change, swept, wall_s)
-    if swept.last is not None and any(getattr(options, name) for name in FILES):
-        result, kept, is_whole = run_fork(options, source, change, swept.last.step_ns)
-        lines += ["", *fork_lines(result, swept.last.at_s)]
-    if options.json:
-        about = {"recording": str(source.path), "change": change.as_dict(), "wall_s": wall_s}
-        print(json.dumps({**about, **swept.as_dict(), **kept}))
-    else:
-        print("\n".join([*lines, *recording.file_lines(kept)]))
-    return SUCCESS if swept.last is not None and is_whole else MISSION_FAILED
-
-
 def run_fork(
     options: argparse.Namespace,
     source: ForkSource,
     change: ForkChange,
     step_ns: int,
-    limit_s: float | None = None,
 ) -> tuple[ForkResult, Kept, bool]:
     """Run a recorded run again with a change, and keep it as the options ask for.
 
@@ -177,7 +117,6 @@ def run_fork(
         source: The recorded run.
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
-        limit_s: Virtual seconds after which it is interrupted; None for no limit.
 
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
@@ -189,10 +128,7 @@ def run_fork(
     from bt_mission.sessions.drive import drive, driving
 
     with (
-        forked_stage(source, change, step_ns, require=options.require, limit_s=limit_s) as (
-            stage,
-            finish,
-        ),
+        forked_stage(source, change, step_ns, require=options.require) as (stage, finish),
         recording.recorder_for(options, stage) as keeping,
     ):
         ended: list[tuple[ForkResult, Kept, bool]] = []
@@ -275,18 +211,6 @@ COMMANDS = {
         (
             RECORDING,
             AT.but(help="fork at the first control step after this many seconds of the mission"),
-            Option(
-                "--sweep-at",
-                "try many instants, and report the last one at which the change saves the mission",
-                needs=each("set", "mission", why="name the change to try"),
-                excludes={"at": "", "fault": "a fault has its own instant; use --set"},
-            ),
-            Option(
-                "--tries N",
-                f"try N instants at which a node changed, evenly spread (default: {MOST_TRIES})",
-                count,
-                needs=each("sweep_at"),
-            ),
             SET.but(
                 help="set a variable of the mission at the fork; may be repeated",
                 completes="",
@@ -313,7 +237,7 @@ COMMANDS = {
                 help="simulated seconds per second from the fork on (default: 1)",
                 needs=each("web", why="without a page a fork runs as fast as possible"),
             ),
-            *web_options("sweep_at"),
+            *web_options(),
         ),
         EPILOG,
         leaves_at_once=True,

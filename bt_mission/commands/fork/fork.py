@@ -135,12 +135,8 @@ class ForkedRun:
         known = {"at_s": self._source.seconds(self._step_ns), **change.as_dict()}
         return {"forked_from": self._source.path.name, "changes": json.dumps([known])}
 
-    def follow(self, stage: Stage, limit_s: float | None = None) -> None:
-        """Compare the events on a stage, before its first step.
-
-        Args:
-            limit_s: Virtual seconds after which the run is interrupted; None is no limit.
-        """
+    def follow(self, stage: Stage) -> None:
+        """Compare the events on a stage, before its first step."""
         self._stage = stage
         self._run = run = stage[self._source.name]
         for line in run.trace.newest:
@@ -149,8 +145,6 @@ class ForkedRun:
         RepeatedRevisions(stage, run, self._revisions, self._is_due)
         if self._change.is_applied:
             stage.clock.call_at(self._step_ns, self._apply)
-        if limit_s is not None:
-            stage.clock.call_at(stage.start_ns + round(limit_s * 1e9), self._interrupt)
 
     def result(self, report: Report) -> ForkResult:
         """Return the result, once the run has ended.
@@ -199,11 +193,6 @@ class ForkedRun:
     def _leave(self) -> None:
         for run in self._stage.runs:
             run.executive.abandon("the fork has ended")
-
-    def _interrupt(self) -> None:
-        at_s = self._source.seconds(self._stage.now_ns)
-        for run in self._stage.runs:
-            run.executive.interrupt(f"it had not ended after {at_s:.0f} s")
 
     def _take(self, line: str) -> None:
         if self._is_telling:

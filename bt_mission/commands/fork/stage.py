@@ -28,7 +28,6 @@ def forked_stage(
     step_ns: int,
     *,
     require: Sequence[Path] = (),
-    limit_s: float | None = None,
 ) -> Iterator[tuple[Stage, Finish]]:
     """Put a recorded run on the stage again, to be stepped to its end.
 
@@ -39,7 +38,6 @@ def forked_stage(
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
         require: Files of further requirements.
-        limit_s: Virtual seconds after which it is interrupted; None is no limit.
 
     Raises:
         BtMissionError: For a change that does not fit; from what gives the result, where the run
@@ -69,7 +67,7 @@ def forked_stage(
         planned_on(stage, faults) as with_outcomes,
     ):
         for robot in forked.values():
-            robot.follow(stage, limit_s)
+            robot.follow(stage)
         if source.fleet:
             stage.facts["fleet"] = source.fleet
         stage[source.name].facts |= forked[source.name].facts

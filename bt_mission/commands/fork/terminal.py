@@ -6,11 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bt_mission.base.text import escape_control, lines_of, seconds
-from bt_mission.base.verdicts import FAILING
-from bt_mission.commands.fork.change import ForkChange
 from bt_mission.commands.fork.fork import ForkResult
-from bt_mission.commands.fork.source import ForkSource
-from bt_mission.commands.fork.sweep import SweepResult, Try
 from bt_mission.executive.events.log import verdict
 
 SHOWN_S = 0.0005
@@ -50,52 +46,11 @@ def fork_lines(result: ForkResult, asked_s: float, changed: str = "") -> list[st
     return [escape_control(line) for line in lines]
 
 
-def try_line(attempted: Try) -> str:
-    """Return the line of an attempt of a sweep."""
-    return escape_control(f"  forked at {seconds(attempted.at_s):>9}: {_ending(attempted)}")
-
-
-def sweep_lines(
-    source: ForkSource, change: ForkChange, result: SweepResult, wall_s: float
-) -> list[str]:
-    """Return lines on the last instant at which a change saves a mission, and on the attempts."""
-    then = _outcome(*source.conclusion, source.summary.get("virtual_s", source.end_s))
-    lines = [f"recorded: {then}"]
-    lines += [
-        f"  requirement {requirement['name']}: {_verdict(requirement)}"
-        for requirement in source.requirements
-        if requirement.get("verdict") in FAILING
-    ]
-    if result.last is None:
-        lines.append(f"with {change}: not saved at any of the instants tried")
-    else:
-        at_s = result.last.at_s
-        lines.append(f"with {change} from {seconds(at_s)} on, it is saved: {_ending(result.last)}")
-    if result.last is not None and result.next is not None:
-        at_s = result.next.at_s
-        lines.append(
-            f"  one control step later, at {seconds(at_s)}, it is not: {_ending(result.next)}"
-        )
-    left = f"; {result.skipped} such instants were skipped (--tries)" if result.skipped else ""
-    lines.append(
-        f"  {len(result.tries)} of {result.control_steps} control steps were tried in "
-        f"{wall_s:.0f} s, at changes of nodes, from the last one backwards{left}. The others "
-        f"were not tried"
-    )
-    return [escape_control(line) for line in lines]
-
-
-def _ending(attempted: Try) -> str:
-    if attempted.status == "refused":
-        return f"not possible: {attempted.reason}"
-    return _outcome(attempted.status, attempted.reason, attempted.virtual_s)
-
-
 def _outcome(status: str, reason: str, at_s: float) -> str:
     return f"{verdict(status, '')} at {seconds(at_s)}" + (f": {reason}" if reason else "")
 
 
-def _verdict(then: Mapping[str, Any] | None, unknown: str = "") -> str:
+def _verdict(then: Mapping[str, Any] | None, unknown: str) -> str:
     if then is None:
         return unknown
     margin, unit = then.get("margin"), then.get("unit", "")

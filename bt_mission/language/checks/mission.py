@@ -21,7 +21,7 @@ from bt_mission.language.checks.warnings import expected_failures
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.expressions.units import Measured, added_names, is_angle
 from bt_mission.language.expressions.values import WORDS, ExpressionError, fits
-from bt_mission.language.interface_units import unit_of_field
+from bt_mission.language.interface_units import SI, unit_of_field
 from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import Path
@@ -129,6 +129,7 @@ def _unit_diagnostics(
         if not isinstance(value, Measured):
             continue
         unit = unit_of_field(node.type, PARTS_OF[node.interface][0], field)
+        unit = UNITS[value.unit][1] if unit == SI else unit
         if not unit or unit not in COMPUTED:
             continue
         size, base = UNITS[value.unit]

@@ -341,7 +341,6 @@ def test_a_fault_that_never_begins_after_the_fork_fails_it(run: Path, cli: Comma
             ),
             ("run", "--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
             ("run", "--at 999", "--at 999: the run ends at "),
-            ("run", "--sweep-at --set speed=0.1", "there is nothing to save"),
             (
                 "run",
                 "--at 2 --fault 'at 1.5: drop scan'",
@@ -497,26 +496,11 @@ def test_the_code_of_python_leaves_is_not_run_unasked(cli: CommandLine) -> None:
 
 
 @pytest.mark.thorough
-def test_the_last_instant_that_saves_a_mission(late: Path, cli: CommandLine) -> None:
-    """The variable is read when the drive begins: not a control step later."""
-    sweep = cli.json(f"fork {late} --sweep-at --set speed=0.1 --record saved.mcap")
-    assert (sweep["last"]["status"], sweep["last"]["is_saved"]) == ("success", True)
-    assert sweep["next"]["at_s"] == pytest.approx(sweep["last"]["at_s"] + 0.05)
-    assert sweep["next"]["reason"].startswith("keeps its distance: violated by ")
-    assert len(sweep["tries"]) == len(cli.err.splitlines())
-    fork = cli.json(f"fork {late} --at {sweep['last']['at_s']} --set speed=0.1")
-    assert fork["forked"]["requirements"][0]["verdict"] == "holds"
+def test_a_change_that_saves_a_mission(late: Path, cli: CommandLine) -> None:
+    """The variable is read when the drive begins."""
+    saved = cli.json(f"fork {late} --at 0 --set speed=0.1 --record saved.mcap")
+    assert saved["forked"]["requirements"][0]["verdict"] == "holds"
     assert Path("saved.mcap").exists()
-
-
-@pytest.mark.thorough
-def test_a_sweep_says_what_it_has_tried(late: Path, cli: CommandLine) -> None:
-    """A value that is overwritten before it is read saves nothing."""
-    lines = cli.lines(f"fork {late} --sweep-at --set pace=0.1 --tries 2", 1)
-    assert lines[1].startswith("  requirement keeps its distance: violated by ")
-    assert lines[2] == "with pace=0.1: not saved at any of the instants tried"
-    assert lines[3].startswith("  2 of ")
-    assert "such instants were skipped (--tries). The others were not tried" in lines[3]
 
 
 @pytest.mark.thorough
@@ -547,15 +531,11 @@ def test_the_run_of_one_robot_is_changed(fleet: Path, cli: CommandLine) -> None:
 
 
 @pytest.mark.thorough
-def test_another_version_of_a_mission_and_the_last_instant(fleet: Path, cli: CommandLine) -> None:
-    """Both are those of the robot that is named."""
+def test_another_version_of_a_mission_of_a_fleet(fleet: Path, cli: CommandLine) -> None:
+    """It is that of the robot that is named."""
     cli.write("edited.yaml", DRIVES.replace("0.1", "0.2"))
     fork = cli.json(f"fork {fleet} --robot two --at 0.5 --mission edited.yaml")
     assert fork["change"]["set"] == {"speed": 0.2}
-    cli.write("slow.yaml", "requirements: {goes: eventually speed > 0.15}\n")
-    words = "--sweep-at --set speed=0.2 --require slow.yaml"
-    sweep = cli.json(f"fork {fleet} --robot two {words}")
-    assert 0.9 < sweep["last"]["at_s"] < sweep["next"]["at_s"] < 1.2
 
 
 @pytest.mark.thorough

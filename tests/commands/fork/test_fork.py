@@ -31,11 +31,9 @@ from tests.support.thorough import sample
 SAME = ForkChange()
 
 
-def forked(
-    source: ForkSource, step_ns: int, change: ForkChange = SAME, limit_s: float | None = None
-) -> tuple[Stage, ForkResult]:
+def forked(source: ForkSource, step_ns: int, change: ForkChange = SAME) -> tuple[Stage, ForkResult]:
     """Fork a run at a step, to its end; return the stage, which is closed, and the result."""
-    with forked_stage(source, change, step_ns, limit_s=limit_s) as (stage, finish):
+    with forked_stage(source, change, step_ns) as (stage, finish):
         while not stage.is_done:
             stage.step()
         return stage, finish(stage.reports(1.0))
@@ -92,16 +90,6 @@ def test_the_files_of_a_model_stay_in_a_folder_that_goes_with_them() -> None:
     assert not (folder.parent / "left_out.xml").exists()
     del files
     assert not folder.exists()
-
-
-@pytest.mark.thorough
-def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
-    """So that a search goes on."""
-    recorded_run(load(find("missions", "square")), tmp_path / "run.mcap")
-    source = read_source(tmp_path / "run.mcap")
-    change = ForkChange({"speed": 0.05})
-    report = forked(source, source.steps_ns[9], change, limit_s=5.0)[1].report
-    assert (report.status, report.reason) == ("interrupted", "it had not ended after 5 s")
 
 
 BASE = """\
