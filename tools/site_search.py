@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping
-from contextlib import closing
 
+from bt_mission.views import page_search
 from bt_mission.views.manual import Manual
 from bt_mission.views.page_search import UNIMPORTANT, PageIndex
 
@@ -28,15 +28,22 @@ def weights(manual: Manual, stem: Callable[[str], str]) -> Mapping[str, Mapping[
     texts = [text for page in pages for text in (page.listed.title, page.listed.about)]
     texts += [section.text for page in pages for section in page.sections]
     words = sorted({*split(" ".join(texts).lower())} - UNIMPORTANT, key=len, reverse=True)
-    with closing(PageIndex(pages)) as index:
-        return {
-            # Words of one stem have one score; the shortest is taken.
-            root: {
-                numbers[name]: float(f"{score:.3g}")  # tiny if most pages have the word
-                for name, score in index.scores(f'"{word}"').items()
-            }
-            for root, word in {stem(word): word for word in words}.items()
+    index = PageIndex(pages)
+    return {
+        # Words of one stem have one score; the shortest is taken.
+        root: {
+            numbers[name]: float(f"{score:.3g}")  # tiny if most pages have the word
+            for name, score in _scores(index, word).items()
         }
+        for root, word in {stem(word): word for word in words}.items()
+    }
+
+
+def _scores(index: PageIndex, word: str) -> Mapping[str, float]:
+    """Return the weights of a word; of a name such as ``cancel_when``, the least of its words."""
+    scores = [index.scores(page_search.stem(part)) for part in word.split("_") if part]
+    pages = set.intersection(*(set(score) for score in scores)) if scores else set()
+    return {page: min(score[page] for score in scores) for page in pages}
 
 
 def data(manual: Manual, stem: Callable[[str], str]) -> str:

@@ -7,12 +7,10 @@ import importlib.metadata
 import os
 import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -241,17 +239,6 @@ def loopback() -> CheckResult:
         talker.wait()
 
 
-def full_text_search() -> CheckResult:
-    """SQLite with FTS5, in which the documentation is searched."""
-    with closing(sqlite3.connect(":memory:")) as database:
-        try:
-            database.execute("CREATE VIRTUAL TABLE words USING fts5(text)")
-        except sqlite3.DatabaseError as error:
-            remedy = "use a Python whose SQLite has FTS5; pages are shown without it, not searched"
-            return CheckResult("warning", f"SQLite {sqlite3.sqlite_version}: {error}", remedy)
-    return CheckResult("ok", f"SQLite {sqlite3.sqlite_version} with FTS5")
-
-
 def commands() -> CheckResult:
     """The commands that are there, and those that other packages bring."""
     there = all_rows()
@@ -303,7 +290,6 @@ CHECKS = (
     ),
     DoctorCheck("commands", commands),
     DoctorCheck("Chromium", browser),
-    DoctorCheck("search in the documentation", full_text_search),
 )
 
 

@@ -1,7 +1,6 @@
 """`bt-mission doctor` names what is missing, and continues."""
 
 import io
-import sqlite3
 
 import pytest
 import rclpy
@@ -10,10 +9,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rich.console import Console
 
-from bt_mission.base.errors import BtMissionError
 from bt_mission.commands import doctor
 from bt_mission.commands.doctor import CheckResult, DoctorCheck
-from bt_mission.views.page_search import PageIndex
 
 
 def _report(*checks):
@@ -92,28 +89,6 @@ def test_without_a_compiler_only_installing_is_in_the_way(tmp_path):
         "warning",
         "needed for installation: apt install g++",
     )
-
-
-def test_sqlite_without_full_text_search_is_a_warning(monkeypatch):
-    """Pages can still be read by their names."""
-    assert doctor.full_text_search().state == "ok"
-    connect = sqlite3.connect
-
-    def without_fts5(path):
-        database = connect(path)
-        database.set_authorizer(
-            lambda action, *_: (
-                sqlite3.SQLITE_DENY if action == sqlite3.SQLITE_CREATE_VTABLE else sqlite3.SQLITE_OK
-            )
-        )
-        return database
-
-    monkeypatch.setattr("sqlite3.connect", without_fts5)
-    finding = doctor.full_text_search()
-    assert finding.state == "warning"
-    assert "pages are shown without it" in finding.remedy
-    with pytest.raises(BtMissionError, match="pages are shown without it"):
-        PageIndex([])
 
 
 def test_packages_that_are_absent_are_named():

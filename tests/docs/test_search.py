@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import closing
-
 import pytest
 
 from bt_mission.views.manual import Manual
@@ -20,10 +17,9 @@ def manual() -> Manual:
 
 
 @pytest.fixture(scope="module")
-def index(manual: Manual) -> Iterator[PageIndex]:
+def index(manual: Manual) -> PageIndex:
     """All of them."""
-    with closing(PageIndex(map(manual.page, manual.names))) as index:
-        yield index
+    return PageIndex(map(manual.page, manual.names))
 
 
 @pytest.mark.parametrize("words", QUESTIONS)

@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import closing
 from pathlib import PurePosixPath
 from posixpath import dirname, join, normpath
 
@@ -78,8 +77,7 @@ def _search(pages: Manual, words: Sequence[str]) -> int:
     from bt_mission.views.page_search import PageIndex, vocabulary
 
     read = [pages.page(name) for name in pages.names]
-    with closing(PageIndex(read)) as index:
-        hits = index.search(words)
+    hits = PageIndex(read).search(words)
     if not hits:
         known = [*pages.names, *vocabulary(read)]
         hint = next(filter(None, (did_you_mean(word.lower(), known) for word in words)), None)

@@ -118,13 +118,13 @@ def test_a_section_is_shown_with_those_below_it(docs: CommandLine) -> None:
 def test_a_search_shows_the_best_section_and_names_others(docs: CommandLine) -> None:
     """The endings of words do not count, nor does their case."""
     assert docs("docs Brake") == (
-        "## Of the road\n"
+        "### On Debian\n"
         "\n"
-        "Keep braking distance.\n"
+        "Brake with `set_brake`.\n"
         "\n"
         "Also found in:\n"
-        "  bt-mission docs reference/rules#of-the-road  Rules > Of the road\n"
         "  bt-mission docs first#on-debian              First steps > Install it > On Debian\n"
+        "  bt-mission docs reference/rules#of-the-road  Rules > Of the road\n"
     )
 
 
