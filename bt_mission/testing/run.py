@@ -345,7 +345,7 @@ class Run(Assertions):
             return ()
         self.was_moved = self.was_moved or self.stage.executive.cycles > 0
         try:
-            if self.status == "running":
+            if self.stage.executive.status.is_active:
                 self.stopped_s = self.t
             if self.stage.is_broken:
                 self.stage.executive.abandon("the test was interrupted")

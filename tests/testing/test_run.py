@@ -199,11 +199,16 @@ def test_one_run_after_the_other(stage: Any) -> None:
     assert first.moments[5].leaf("first").running
 
 
-def test_an_ended_test_leaves_nothing_running(stage: Any) -> None:
-    """The drive is cancelled, its end confirmed."""
+@pytest.mark.parametrize("pauses", [False, True])
+def test_an_ended_test_leaves_nothing_running(stage: Any, *, pauses: bool) -> None:
+    """The drive is cancelled, its end confirmed, and known when; also in a pause."""
     run = stage.run(DRIVE)
     run.until(lambda s: s.speed > 0.1)
+    if pauses:
+        run.stage.executive.pause("later", keep_goals=True)
+    ended_s = run.t
     assert run.close() == ()
+    assert run.stopped_s == ended_s
     assert (run.status, run.reason) == ("interrupted", "its time is up")
     assert run.goals[0].status == "canceled"
     assert run.close() == ()
