@@ -83,6 +83,7 @@ def test_reports_are_those_of_one_process(session: pytest.Pytester) -> None:
     result.stdout.no_fnmatch_line("said by 2")
 
 
+@pytest.mark.process(always=True)
 def test_where_a_fork_dies_its_test_fails_and_the_others_run(session: pytest.Pytester) -> None:
     """In another fork, with the number of the signal and the last that was printed."""
     result = run(session, test_a=DIES, test_b=DOMAIN)

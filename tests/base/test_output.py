@@ -152,7 +152,7 @@ def test_a_file_that_somebody_deletes_is_known_to_be_gone(old: Path) -> None:
     assert (file.fault, old.read_bytes()) == ("No such file or directory", OLD)
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 def test_a_killed_process_leaves_the_old_file(old: Path) -> None:
     """Of a page nothing is seen under its name before it is whole."""
     code = (

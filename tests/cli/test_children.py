@@ -69,7 +69,7 @@ async def ended(trial: Path | None, words: list[str], spare: Spare | None = None
     return child
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 def test_the_link_of_a_child_is_a_line_of_its_own_and_its_death_is_told(
     monkeypatch: pytest.MonkeyPatch, program: Program
 ) -> None:

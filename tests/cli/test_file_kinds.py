@@ -129,7 +129,7 @@ def test_every_option_that_names_a_file_says_which_kinds_it_takes() -> None:
 
 @pytest.mark.parametrize(
     ("words", "command", "option"),
-    sample(TAKERS, 5),
+    sample(TAKERS, 15),
     ids=[f"{row[0]} {row[2].name}" for row in TAKERS],
 )
 def test_a_command_refuses_every_other_kind(
@@ -166,7 +166,7 @@ def line_with(
 
 @pytest.mark.parametrize(
     ("words", "command", "option"),
-    sample(UNATTENDED, 5),
+    sample(UNATTENDED, 20),
     ids=[f"{row[0]} {row[2].name}" for row in UNATTENDED],
 )
 @pytest.mark.parametrize("path", [".", "/", ".."])

@@ -15,6 +15,7 @@ from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.terminal.log_lines import LogLineView
 from tests.support.command_line import CommandLine
+from tests.support.thorough import sample
 
 FLEET = """\
 fleet: two
@@ -88,6 +89,7 @@ def test_one_mission_that_fails_fails_the_fleet(fleet: CommandLine) -> None:
     assert [each["virtual_s"] for each in report["robots"]] == [1.95, 0.65]
 
 
+@pytest.mark.thorough
 def test_two_runs_are_the_same_and_each_robot_has_its_trace(fleet: CommandLine) -> None:
     """`--trace it.jsonl` writes one file a robot, and overwrites none."""
     hashes = []
@@ -120,13 +122,16 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
 
 @pytest.mark.parametrize(
     ("given", "times"),
-    [
-        ("", [3.05, 1.05]),
-        ("time=0.5", [1.55, 0.55]),
-        ("more=0.5", [2.55, 1.05]),
-        ("two.time=0.5", [3.05, 0.55]),
-        ("one.time=4 time=0.5", [5.05, 0.55]),
-    ],
+    sample(
+        [
+            ("", [3.05, 1.05]),
+            ("time=0.5", [1.55, 0.55]),
+            ("more=0.5", [2.55, 1.05]),
+            ("two.time=0.5", [3.05, 0.55]),
+            ("one.time=4 time=0.5", [5.05, 0.55]),
+        ],
+        3,
+    ),
 )
 def test_inputs_are_set_for_every_mission_that_has_them_or_for_one_robot(
     fleet: CommandLine, given: str, times: list[float]

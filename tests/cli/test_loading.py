@@ -88,6 +88,7 @@ def test_names_for_completion_load_their_command_alone(tmp_path: Path) -> None:
     assert of_packages(modules).isdisjoint(HEAVY)
 
 
+@pytest.mark.process(always=True)
 def test_the_parsers_of_all_commands_load_neither_ros_nor_the_simulation(tmp_path: Path) -> None:
     """Nor anything else that takes long. They are in the order in which they are listed."""
     program = (
@@ -131,6 +132,7 @@ def test_the_first_line_comes_before_everything(
     assert commands_in(modules) <= {"bt_mission.commands.run", "bt_mission.commands.check"}
 
 
+@pytest.mark.process(always=True)
 @pytest.mark.parametrize("command", ["check", "tree"])
 def test_what_runs_nothing_loads_these_modules(tmp_path: Path, command: str) -> None:
     """Ours, and packages of others: no simulation, trees, ROS itself or NumPy.
@@ -151,6 +153,7 @@ def test_what_runs_nothing_loads_these_modules(tmp_path: Path, command: str) -> 
     assert_written(LOADED / f"{command}.txt", f"{lines}\n")
 
 
+@pytest.mark.process(always=True)
 def test_modules_of_models_that_check_loads_evaluate_their_annotations() -> None:
     """Postponed ones are texts, which pydantic evaluates again for each subclass of a model."""
 

@@ -70,6 +70,7 @@ def start() -> Iterator[Start]:
         yield lambda *words: stack.enter_context(started(*words, **LOCAL))
 
 
+@pytest.mark.process(always=True)
 @pytest.mark.parametrize(
     ("number", "name"),
     sample([(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, "SIGHUP")], 3),

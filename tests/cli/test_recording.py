@@ -83,7 +83,7 @@ def test_a_full_disk_is_reported_at_the_end(option: str, file: str, limit: int, 
     assert "Traceback" not in done.stdout + done.stderr
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 def test_a_killed_run_leaves_all_but_its_last_second(cli: CommandLine) -> None:
     """What it recorded can be read, without a summary."""
     cli.write("long.yaml", "mission: long\nworld: empty_arena\ntree: {wait: 60}\n")

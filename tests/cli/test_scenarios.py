@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.command_line import CommandLine
 from tests.support.project import SCENARIOS
+from tests.support.thorough import sample
 
 SCENARIO = """\
 scenario: it turns
@@ -48,7 +49,7 @@ def test_faults_are_in_json_and_in_the_trace(cli: CommandLine) -> None:
     assert '"event": "fault"' in Path("run.trace").read_text("utf-8")
 
 
-@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", sample(SCENARIOS, 4), ids=lambda path: path.name)
 def test_shipped_scenarios_are_found_by_their_names(path: Path, cli: CommandLine) -> None:
     """From any folder."""
     assert "is valid" in cli(f"check scenarios/{path.name}")

@@ -100,7 +100,7 @@ def test_bash_completes_files_of_ones_own(bash: Callable[..., list[str]], tmp_pa
     assert sorted(bash("check", "o", folder=tmp_path)) == ["one.yml", "own"]
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 def test_bash_is_given_no_word_that_it_would_expand_or_run(
     bash: Callable[..., list[str]], tmp_path: Path
 ) -> None:

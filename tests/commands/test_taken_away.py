@@ -105,8 +105,8 @@ def absent_without(folder: str) -> list[CommandRow]:
     return [row_of(name) for name in sorted(gone)]
 
 
-@pytest.mark.process
-@pytest.mark.parametrize("folder", sample(FOLDERS, 10))
+@pytest.mark.process(always=True)
+@pytest.mark.parametrize("folder", sample(FOLDERS, len(FOLDERS)))
 def test_everything_else_works_without_a_folder(
     folder: str, tmp_path: Path, complete: dict[str, Any]
 ) -> None:

@@ -44,7 +44,7 @@ def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Pop
         yield process
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 def test_the_tree_is_printed_once(mission: subprocess.Popen[str]):
     """With all statuses, though the watcher has come late."""
     with started("watch", "--once", "--wait", "60", **LOCAL) as watch:
@@ -194,6 +194,7 @@ def looked(
     return str(graph.attached)
 
 
+@pytest.mark.thorough
 def test_who_comes_up_just_then_is_not_said_to_be_absent(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

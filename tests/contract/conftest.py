@@ -20,6 +20,9 @@ from tests.support.thorough import sample
 ROBOTS = sorted(names("robots"), key=lambda name: (name != "waffle", name))
 """The Waffle first: without `--thorough` it is the only one."""
 
+ARGUMENTS = {"name": SERVED, "driving": DRIVING, "beside": BESIDE}
+"""The arguments that stand for an action, and the actions."""
+
 
 @pytest.fixture(params=sample(ROBOTS, every=len(ROBOTS)))
 def robot(request):
@@ -35,14 +38,26 @@ def robot(request):
     )
 
 
+BESIDES = {"turn", "find_colour"}
+"""Actions that tests of another one use besides."""
+
+
 @pytest.fixture
-def make_bench(tmp_path, robot):
+def others(request):
+    """Actions that a test of one action does not need: each server takes a while to make."""
+    params = request.node.callspec.params if hasattr(request.node, "callspec") else {}
+    tested = {params.get(argument) for argument in ARGUMENTS} & {*SERVED}
+    return {*SERVED} - tested - BESIDES if tested else set()
+
+
+@pytest.fixture
+def make_bench(tmp_path, robot, others):
     """Make a bench: `make_bench(**parameters)`; the robot has not been heard of."""
     made: list[Bench] = []
 
     def make(**parameters):
         fake = FakeRobot(robot)
-        made.append(Bench(fake, tmp_path / "images", parameters))
+        made.append(Bench(fake, tmp_path / "images", parameters, without=others))
         return made[-1]
 
     yield make
@@ -66,6 +81,6 @@ def pytest_generate_tests(metafunc):
         for argument in (mark.args[0].split(",") if isinstance(mark.args[0], str) else mark.args[0])
     }
     first = zlib.crc32(metafunc.function.__name__.encode())
-    for argument, actions in {"name": SERVED, "driving": DRIVING, "beside": BESIDE}.items():
+    for argument, actions in ARGUMENTS.items():
         if argument in metafunc.fixturenames and argument not in given:
             metafunc.parametrize(argument, sample(actions, every=3, first=first))

@@ -123,7 +123,7 @@ def test_a_sensor_that_falls_silent_ends_the_goals_that_need_it(bench, name, los
 RAYS = {"empty": [], "nan": [math.nan] * 360, "zero": [0.0] * 250}
 
 
-@pytest.mark.parametrize(("driving", "rays"), sample(itertools.product(DRIVING, RAYS), every=2))
+@pytest.mark.parametrize(("driving", "rays"), sample(itertools.product(DRIVING, RAYS), every=4))
 def test_a_scan_without_a_measurement_is_no_scan(bench, driving, rays):
     """The base stands after a second, or where it navigates, half of one; then the goal ends."""
     sent = begun(bench, driving)

@@ -81,6 +81,7 @@ def test_a_site_is_pages_navigation_files_and_search(source, tmp_path):
     assert "docs/one" in (site / "searchindex.js").read_text("utf-8")
 
 
+@pytest.mark.thorough
 def test_what_leads_nowhere_fails_the_build(source, tmp_path, capfd):
     """A link to a page, heading, file or picture that is not there; a page without a way to it."""
     lost = "[a](two.md) [b](../README.md#gone) [c](../missions/b.yaml) ![d](gone.png)"

@@ -6,6 +6,7 @@ import pytest
 
 from bt_mission.sessions.check import examine
 from tests.support.fuzz.limits import judge_within
+from tests.support.thorough import sample
 
 DEEP = 10_000
 DIGITS = 1_000_000
@@ -63,21 +64,24 @@ def test_expressions_of_any_depth_are_refused(node, output):
 
 @pytest.mark.parametrize(
     ("text", "output"),
-    [
-        ("mission: m\ntree: {wait: NUMBER}", "2:14: error: the number '999"),
-        ("mission: m\ntree: {wait: -NUMBER}", "2:14: error: the number '-999"),
-        ("mission: m\ntree: {wait: 0xNUMBER}", "2:14: error: the number '0x999"),
-        ("mission: m\ntree: {wait: 'NUMBER'}", "2:15: error: the expression has "),
-        ("mission: m\ntree: {wait: '1eNUMBER'}", "2:15: error: the expression has "),
-        ("mission: m\ntree: {wait: 1eNUMBER}", "2:14: error: the number '1e999"),
-        ("mission: m\ninputs: {n: NUMBER}\ntree: {wait: n}", "2:13: error: the number '999"),
-        ("mission: m\ntree: {log: '${NUMBER}'}", "2:14: error: a text with '$' has "),
-        (
-            "mission: m\n? NUMBER\n: 1\ntree: {wait: 1}",
-            "2:3: error: the number '999",
-        ),
-        ("mission: NUMBER\ntree: {wait: 1}", "1:10: error: the number '999"),
-    ],
+    sample(
+        [
+            ("mission: m\ntree: {wait: NUMBER}", "2:14: error: the number '999"),
+            ("mission: m\ntree: {wait: -NUMBER}", "2:14: error: the number '-999"),
+            ("mission: m\ntree: {wait: 0xNUMBER}", "2:14: error: the number '0x999"),
+            ("mission: m\ntree: {wait: 'NUMBER'}", "2:15: error: the expression has "),
+            ("mission: m\ntree: {wait: '1eNUMBER'}", "2:15: error: the expression has "),
+            ("mission: m\ntree: {wait: 1eNUMBER}", "2:14: error: the number '1e999"),
+            ("mission: m\ninputs: {n: NUMBER}\ntree: {wait: n}", "2:13: error: the number '999"),
+            ("mission: m\ntree: {log: '${NUMBER}'}", "2:14: error: a text with '$' has "),
+            (
+                "mission: m\n? NUMBER\n: 1\ntree: {wait: 1}",
+                "2:3: error: the number '999",
+            ),
+            ("mission: NUMBER\ntree: {wait: 1}", "1:10: error: the number '999"),
+        ],
+        3,
+    ),
 )
 def test_numbers_of_almost_a_million_digits_are_refused(text, output):
     """As many as a file can hold; Python itself gives up at 4,300."""
@@ -155,16 +159,19 @@ GOALS = (
 
 @pytest.mark.parametrize(
     ("text", "accepted"),
-    [
-        pytest.param(SETS, True, id="sets", marks=pytest.mark.thorough),
-        pytest.param(CHILDREN, False, id="children", marks=pytest.mark.thorough),
-        pytest.param(INPUTS, False, id="inputs"),
-        pytest.param(NUMBERS, False, id="numbers"),
-        pytest.param(NOTHINGS, False, id="nothings", marks=pytest.mark.thorough),
-        pytest.param(INCLUDES, False, id="includes"),
-        pytest.param(DRAWS, True, id="draws", marks=pytest.mark.thorough),
-        pytest.param(GOALS, True, id="goals", marks=pytest.mark.thorough),
-    ],
+    sample(
+        [
+            pytest.param(SETS, True, id="sets", marks=pytest.mark.thorough),
+            pytest.param(CHILDREN, False, id="children", marks=pytest.mark.thorough),
+            pytest.param(INPUTS, False, id="inputs"),
+            pytest.param(NUMBERS, False, id="numbers"),
+            pytest.param(NOTHINGS, False, id="nothings", marks=pytest.mark.thorough),
+            pytest.param(INCLUDES, False, id="includes"),
+            pytest.param(DRAWS, True, id="draws", marks=pytest.mark.thorough),
+            pytest.param(GOALS, True, id="goals", marks=pytest.mark.thorough),
+        ],
+        9,
+    ),
 )
 def test_very_many_parts_take_no_more_than_a_mission_may(text, accepted):
     """Refused, or run: their time does not grow with the square of their number."""

@@ -14,6 +14,7 @@ from bt_mission.base.yaml.document import read, read_text
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.requirements.schema import mission_schema
 from tests.support.project import LANGUAGE_PAGES, MISSIONS
+from tests.support.thorough import sample
 
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", LANGUAGE_PAGES, re.DOTALL)
 
@@ -31,7 +32,7 @@ def validator() -> Any:
     return jsonschema.Draft202012Validator(schema)
 
 
-@pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sample(MISSIONS, 4), ids=lambda path: path.stem)
 def test_every_shipped_mission_is_valid(validator: Any, path: Path) -> None:
     """The schema refuses nothing that the loader takes."""
     validator.validate(read(path).data)
@@ -45,7 +46,11 @@ WHOLE = [text if text.startswith("mission:") else as_mission(text) for text in E
 
 @pytest.mark.parametrize(
     "text",
-    [form % follow for form in (OF_MISSION, OF_TREE) for follow in (FOLLOW, f"[{FOLLOW}]")] + WHOLE,
+    sample(
+        [form % follow for form in (OF_MISSION, OF_TREE) for follow in (FOLLOW, f"[{FOLLOW}]")]
+        + WHOLE,
+        3,
+    ),
 )
 def test_what_is_written_as_on_the_page_is_valid(validator: Any, text: str) -> None:
     """Each kind and modifier stands in one of its examples; topics are followed in two places."""

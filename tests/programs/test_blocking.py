@@ -33,6 +33,7 @@ from std_srvs.srv import Trigger
 
 from bt_mission.programs.replaced import REPLACED, adopt
 from bt_mission.programs.stuck import DeadlockError
+from tests.support.thorough import sample
 
 ORIGINALS = {
     (module.__name__, name): vars(module)[name] for module, names in REPLACED for name in names
@@ -291,7 +292,7 @@ CASES: list[tuple[Callable[[Numbers], Any], float, Any]] = [
 ]
 
 
-@pytest.mark.parametrize(("code", "seconds", "result"), CASES)
+@pytest.mark.parametrize(("code", "seconds", "result"), sample(CASES, 2))
 def test_what_blocks_takes_virtual_time(
     programs: Any, code: Callable[[Numbers], Any], seconds: float, result: Any
 ) -> None:

@@ -19,7 +19,7 @@ def parity(monkeypatch: pytest.MonkeyPatch) -> Any:
     return importlib.import_module("parity")
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 @pytest.mark.parametrize("number", sample(range(7, 82, 10), 8, first=7))
 def test_a_program_does_the_same_on_the_stage(parity: Any, number: int) -> None:
     """It prints the same lines at the same times, and ends with the same code."""

@@ -121,6 +121,7 @@ def test_files_of_other_recorders_are_read(tmp_path: Path, compression: Compress
         assert (time_ns, data) == (5, b"{}")
 
 
+@pytest.mark.thorough
 def test_a_run_that_is_cut_anywhere_is_a_run_or_an_error(
     record: Callable[..., Any], tmp_path: Path
 ) -> None:

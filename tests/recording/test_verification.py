@@ -140,6 +140,7 @@ def judged_alike(mission: Mission, bare: Mission, folder: Path) -> tuple[Require
     return reports
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", sample(NODES, every=9))
 def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> None:
     """Also where the run did not know the requirements."""
@@ -210,7 +211,7 @@ SLOW = {
 }
 
 
-@pytest.mark.parametrize("action", SLOW)
+@pytest.mark.parametrize("action", sample(SLOW, 3))
 def test_what_a_violation_does_comes_after_the_instant_for_all(action: str, tmp_path: Path) -> None:
     """Another requirement sees what there was before the mission was ended for the first."""
     text = THERE_AND_BACK.replace(
@@ -327,6 +328,7 @@ def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) 
     assert result.why.startswith("the messages of the mission cannot be read: ")
 
 
+@pytest.mark.thorough
 def test_margins_over_time(tmp_path: Path) -> None:
     """Of each instant where the requirement speaks of instants, else of the run so far."""
     text = THERE_AND_BACK.replace(

@@ -51,6 +51,7 @@ def bare_trace(text: str, folder: Path) -> str:
         return stage.trace.sha256
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", sample(names("missions"), every=99))
 def test_others_read_every_message_of_each_mission(record: Callable[..., Any], name: str) -> None:
     """All of them, to the last byte; and times that never go back."""
@@ -82,6 +83,7 @@ def test_mcap_ros2_support_reads_every_message(record: Callable[..., Any]) -> No
     } < set(messages)
 
 
+@pytest.mark.thorough
 def test_rosbags_converts_a_recording(record: Callable[..., Any], tmp_path: Path) -> None:
     """To the other storage of rosbag2, message by message."""
     run = record()
@@ -134,6 +136,7 @@ def test_the_run_is_the_same_with_and_without(record: Callable[..., Any], tmp_pa
     assert record(camera="compressed").trace == bare
 
 
+@pytest.mark.thorough
 def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
     """What the robot says, what moves it, and what the mission does."""
     run = record()
@@ -296,6 +299,7 @@ def test_a_topic_whose_type_is_not_installed_is_named(
     assert counts["/odom"] > 20
 
 
+@pytest.mark.thorough
 def test_a_topic_that_a_users_own_node_publishes_too(
     record: Callable[..., Any], tmp_path: Path
 ) -> None:

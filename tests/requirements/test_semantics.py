@@ -26,8 +26,8 @@ from tests.support.temporal_logic import Definition, verdict
 from tests.support.thorough import sample
 
 STEP_S = 0.05
-BATCHES = 4
-FORMULAS = 500
+BATCHES = 16
+FORMULAS = 125
 
 
 def _time(draw: random.Random) -> str:
@@ -248,6 +248,7 @@ def _compared(draw: random.Random, measures: float = 0.0) -> Formula:
                 return formula
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("seed", "formulas", "measures"), sample([(1000, 250, 0.0), (3, 50, 0.5)], 4)
 )

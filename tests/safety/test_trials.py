@@ -18,7 +18,7 @@ NOISE_M = 0.01
 
 
 @pytest.mark.parametrize(
-    ("world", "appears"), sample(itertools.product(WORLDS, [False, True]), every=3)
+    ("world", "appears"), sample(itertools.product(WORLDS, [False, True]), every=5)
 )
 def test_no_drive_ends_in_a_collision(benchmark: Any, world: str, *, appears: bool) -> None:
     """From seeded poses at full speed, with noise: nearer than told by no more than noise."""
@@ -54,6 +54,7 @@ def test_a_robot_that_is_driven_into_a_wall_is_counted(benchmark: Any) -> None:
         assert rig.gap_ahead() == pytest.approx(0.0, abs=0.002)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("world", sample(["dqn_stage4", "dqn_stage3"], every=2))
 def test_nothing_runs_into_an_exploring_robot(benchmark: Any, world: str) -> None:
     """Not even at 0.5 m/s, twice as fast as the robot."""
@@ -124,7 +125,7 @@ def test_the_stop_service_stops(benchmark: Any, action: str) -> None:
     assert (stop.status, stop.reason) == ("aborted", "stopped")
 
 
-@pytest.mark.parametrize("action", sample(reversed(ACTIONS), every=2))
+@pytest.mark.parametrize("action", sample(reversed(ACTIONS), every=5))
 def test_a_lidar_that_falls_silent_stops(benchmark: Any, action: str) -> None:
     """The base stands within 1 s, and the goal is aborted with the reason."""
     stop = benchmark("safety_stops").by_lost_scan(action)

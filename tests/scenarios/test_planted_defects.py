@@ -18,7 +18,7 @@ from tests.support.thorough import sample
 SCENARIOS = Path("missions/scenarios")
 
 
-@pytest.mark.parametrize("defect", sample(DEFECTS, every=12), ids=lambda planted: planted.what)
+@pytest.mark.parametrize("defect", sample(DEFECTS, every=24), ids=lambda planted: planted.what)
 def test_a_defect_is_caught(defect: Defect, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the requirement that the table names."""
     defect.plant(monkeypatch)

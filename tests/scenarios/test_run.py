@@ -13,6 +13,7 @@ from bt_mission.base.diagnostics import InputError
 from bt_mission.scenarios.cause import kind_of, masked
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import look_for_names, run_scenario
+from tests.support.thorough import sample
 
 INLINE = """\
 scenario: it
@@ -73,26 +74,29 @@ def test_start_and_obstacles_are_there_from_the_beginning(scenario: Any) -> None
 
 @pytest.mark.parametrize(
     ("text", "line", "message"),
-    [
-        ("expect: {outcome: failure}\n", 6, "expected failure, got success, at 1."),
-        ("expect: {reason: lost}\n", 6, "expected a reason with 'lost', got ''"),
-        (
-            "expect: {outcome: any, failed: turn}\n",
-            6,
-            "expected a failure of 'turn', got no failure",
-        ),
-        ("expect: {after: 50}\n", 6, "expected the end at 50 s or later, got 1."),
-        ("expect: {before: 1}\n", 6, "expected the end at 1 s or earlier, got 1."),
-        ("expect: {orphaned_goals: 1}\n", 6, "expected 1 orphaned goals, got 0"),
-        ("expect: {collisions: 1}\n", 6, "expected 1 collisions, got 0"),
-        ("requirements:\n  a: never speed < 9\n", 7, "requirement a: violated"),
-        (
-            "requirements:\n  a: always speed < 9\nexpect: {violated: [a]}\n",
-            8,
-            "expected a violation of 'a', got: a: holds",
-        ),
-        ("limit: 1.0\n", 1, "expected success, got interrupted: its time is up"),
-    ],
+    sample(
+        [
+            ("expect: {outcome: failure}\n", 6, "expected failure, got success, at 1."),
+            ("expect: {reason: lost}\n", 6, "expected a reason with 'lost', got ''"),
+            (
+                "expect: {outcome: any, failed: turn}\n",
+                6,
+                "expected a failure of 'turn', got no failure",
+            ),
+            ("expect: {after: 50}\n", 6, "expected the end at 50 s or later, got 1."),
+            ("expect: {before: 1}\n", 6, "expected the end at 1 s or earlier, got 1."),
+            ("expect: {orphaned_goals: 1}\n", 6, "expected 1 orphaned goals, got 0"),
+            ("expect: {collisions: 1}\n", 6, "expected 1 collisions, got 0"),
+            ("requirements:\n  a: never speed < 9\n", 7, "requirement a: violated"),
+            (
+                "requirements:\n  a: always speed < 9\nexpect: {violated: [a]}\n",
+                8,
+                "expected a violation of 'a', got: a: holds",
+            ),
+            ("limit: 1.0\n", 1, "expected success, got interrupted: its time is up"),
+        ],
+        3,
+    ),
 )
 def test_what_comes_out_otherwise_has_its_place(
     scenario: Any, text: str, line: int, message: str
@@ -134,15 +138,21 @@ def test_a_start_without_room_is_an_error(scenario: Any, text: str, place: tuple
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [
-        ("obstacles:\n  - {at: [0, 0], size: [0.5, 0.5, 0.3]}\n", "it would be in the robot"),
-        ("obstacles:\n  - {ahead: 0.1}\n", "it would be in the robot"),
-        ("obstacles:\n  - {at: [8, 0], radius: 0.1}\n", "(8, 0) is not on the floor of 4 m"),
-        ("faults:\n  - at 3: spawn_box at (8, 0)\n", "(8, 0) is not on the floor of 4 m"),
-        ("faults:\n  - after 3: spawn_cylinder at (0, -8)\n", "(0, -8) is not on the floor"),
-        ("faults:\n  - 'when time > 1: move_box at (8, 0)'\n", "'box': (8, 0) is not on the floor"),
-        ("faults:\n  - at 0: spawn_box ahead 0.1\n", "it would be in the robot"),
-    ],
+    sample(
+        [
+            ("obstacles:\n  - {at: [0, 0], size: [0.5, 0.5, 0.3]}\n", "it would be in the robot"),
+            ("obstacles:\n  - {ahead: 0.1}\n", "it would be in the robot"),
+            ("obstacles:\n  - {at: [8, 0], radius: 0.1}\n", "(8, 0) is not on the floor of 4 m"),
+            ("faults:\n  - at 3: spawn_box at (8, 0)\n", "(8, 0) is not on the floor of 4 m"),
+            ("faults:\n  - after 3: spawn_cylinder at (0, -8)\n", "(0, -8) is not on the floor"),
+            (
+                "faults:\n  - 'when time > 1: move_box at (8, 0)'\n",
+                "'box': (8, 0) is not on the floor",
+            ),
+            ("faults:\n  - at 0: spawn_box ahead 0.1\n", "it would be in the robot"),
+        ],
+        3,
+    ),
 )
 def test_an_obstacle_without_a_place_is_an_error_before_the_start(
     scenario: Any, text: str, message: str

@@ -53,6 +53,7 @@ def test_the_world_publishes_no_map_where_the_mapper_does(stage: Any) -> None:
         run.close()
 
 
+@pytest.mark.thorough
 def test_a_run_with_a_mapper_repeats(stage: Any) -> None:
     """The same seed gives the same map, cell for cell."""
     maps = []

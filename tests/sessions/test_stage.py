@@ -163,10 +163,13 @@ def test_a_working_folder_that_is_gone_is_told(tmp_path: Path, monkeypatch: Any)
 
 @pytest.mark.parametrize(
     ("way_m", "timeout_s", "driven", "ended_as"),
-    [
-        (0.3, 5, pytest.approx(0.32, abs=0.03), "canceled by condition"),
-        (9, 2, pytest.approx(0.39, abs=0.03), "canceled by timeout: not done within 2 s"),
-    ],
+    sample(
+        [
+            (0.3, 5, pytest.approx(0.32, abs=0.03), "canceled by condition"),
+            (9, 2, pytest.approx(0.39, abs=0.03), "canceled by timeout: not done within 2 s"),
+        ],
+        2,
+    ),
 )
 def test_a_step_lets_nobody_drive_past_a_limit(
     stage: Any, way_m: float, timeout_s: float, driven: Any, ended_as: str

@@ -123,6 +123,7 @@ def as_text(message: Any) -> str:
     return repr(message)
 
 
+@pytest.mark.thorough
 def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
     """Every message, bit for bit: what moves, noise, slip, battery; only the clock goes on."""
     options = {"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}}

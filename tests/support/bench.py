@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -79,12 +79,17 @@ class Bench(Rig):
         *,
         lean: bool = True,
         ros_args: Sequence[str] = (),
+        without: Collection[str] = (),
     ) -> None:
         super().__init__(ros_args, START_NS)
         self.clients = [self.node(f"client_{number}") for number in (1, 2)]
         self.robot = self.clock.world = self.add(RobotNode(fake, self.context))
         options = ServerOptions(
-            image_folder=image_folder, lean=lean, context=self.context, parameters=parameters or {}
+            image_folder=image_folder,
+            lean=lean,
+            context=self.context,
+            parameters=parameters or {},
+            without=without,
         )
         self.servers = self.add(ServersNode(fake.robot, options))
         self.events: list[Any] = []

@@ -1,6 +1,7 @@
 """Thorough tests repeat on every case, or at length, what others show on a sample of cases.
 
-They run with `--thorough`, and when a test is chosen by its name (`FILE::TEST`).
+They run with `--thorough`, and when a test is chosen by its name (`FILE::TEST`). Tests of processes
+are among them, but for those marked `process(always=True)`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 
-LONG = ("patrol", "scan_lost", "sweep")
+LONG = ("obstacle_appears", "odometry_lost", "patrol", "scan_lost", "sweep", "tight_turn")
 """Scenarios that draw pictures or take long."""
 
 
@@ -43,7 +44,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if item.path.name.endswith(".scenario.yaml") and item.name in LONG:
             item.add_marker("thorough")
-    thorough = [item for item in items if item.get_closest_marker("thorough")]
+    thorough = {item for item in items if is_thorough(item)}
     if thorough:
-        config.hook.pytest_deselected(items=thorough)
-        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
+        config.hook.pytest_deselected(items=list(thorough))
+        items[:] = [item for item in items if item not in thorough]
+
+
+def is_thorough(item: pytest.Item) -> bool:
+    """Return whether a test runs with `--thorough` only."""
+    process = item.get_closest_marker("process")
+    rarely = process is not None and not process.kwargs.get("always", False)
+    return rarely or item.get_closest_marker("thorough") is not None

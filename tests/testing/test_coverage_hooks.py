@@ -144,6 +144,7 @@ def test_a_runner():
     result.stdout.fnmatch_lines(["*missions/resting.yaml*"])
 
 
+@pytest.mark.thorough
 def test_too_little_fails_the_session(missions):
     """With the figures."""
     result = missions.runpytest("--mission-cov-fail-under=90")

@@ -53,7 +53,7 @@ def run(folder: Path, fault: Callable[[Any], Any], *, records: bool) -> Any:
     return run
 
 
-@pytest.mark.parametrize("what", sample(BROKEN, every=4))
+@pytest.mark.parametrize("what", sample(BROKEN, every=8))
 def test_a_recorded_run_is_the_same(what: str, tmp_path: Path) -> None:
     """Whatever is broken in it; and the recording has all of it."""
     bare = run(tmp_path / "bare", BROKEN[what], records=False)

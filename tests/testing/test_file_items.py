@@ -109,6 +109,7 @@ def test_a_fleet_that_fails_shows_its_report_and_keeps_the_recording(
     assert recorded_robots(recording) == ["one", "two"]
 
 
+@pytest.mark.thorough
 def test_a_fleet_that_violates_a_requirement_fails(pytester: pytest.Pytester) -> None:
     """Also where all missions succeed; with --mission-record=off nothing is kept."""
     slow = "requirements: {{slow: never turn_rate > 0.1}}, tree"
@@ -188,6 +189,7 @@ def test_a_failing_test_leaves_a_scenario_with_the_same_trace(
         assert json.loads(lines[-1])["event"] == "pose"
 
 
+@pytest.mark.thorough
 def test_what_is_no_data_is_named_instead(left: tuple[pytest.RunResult, Path]) -> None:
     """No scenario is written then."""
     result, folder = left
@@ -198,6 +200,7 @@ def test_what_is_no_data_is_named_instead(left: tuple[pytest.RunResult, Path]) -
     assert (folder / "test_a.test_python" / "recording.mcap").exists()
 
 
+@pytest.mark.thorough
 def test_what_a_test_leaves_is_not_collected(left: tuple[pytest.RunResult, Path]) -> None:
     """Or the next session would run it."""
     _, folder = left

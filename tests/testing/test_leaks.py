@@ -115,6 +115,7 @@ def open_sockets() -> int:
     return sum(str(target).startswith("socket:") for target in targets)
 
 
+@pytest.mark.thorough
 def test_closed_stages_hold_no_sockets(tmp_path: Path) -> None:
     """Without the help of the garbage collector, which may not come by for long."""
 

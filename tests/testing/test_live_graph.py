@@ -152,7 +152,7 @@ def test_a_process_that_says_nothing_is_named(python):
     process.kill()
 
 
-@pytest.mark.process
+@pytest.mark.process(always=True)
 def test_a_process_that_is_killed_says_so_by_its_code(python):
     """Its output stays."""
     process = python("import signal; print('here', end=''); signal.pause()")

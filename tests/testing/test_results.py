@@ -181,12 +181,14 @@ def test_tests_that_pass_leave_their_recordings_where_all_are_wanted(session, py
     assert left == ["test_a.test_passes", "test_a.test_stops-seed7", *["test_a.test_two"] * 2]
 
 
+@pytest.mark.thorough
 def test_tests_that_pass_leave_no_recording(session, pytester):
     """Not in pytest's own folders either."""
     session("--basetemp=temp", fails=False).assert_outcomes(passed=4)
     assert recorded(pytester) == []
 
 
+@pytest.mark.thorough
 def test_of_many_runs_the_last_are_recorded(pytester):
     """Those that are told of."""
     pytester.makepyfile(
@@ -232,6 +234,7 @@ def test_what_is_recorded_is_one_of_three(session, pytester):
     result.stderr.fnmatch_lines(["*mission_record: expected one of off, failed, all, got 'some'*"])
 
 
+@pytest.mark.thorough
 def test_junit_has_the_figures(session, pytester):
     """Virtual and wall time, seed and trace of each run; of a test without runs nothing."""
     session("--junitxml=junit.xml", fails=False)
@@ -317,6 +320,7 @@ def test_a_run_in_a_failed_assertion_tells_what_became_of_it(pytester):
     assert (pytester.path / "scenario_results/test_b.test_claim/recording.mcap").is_file()
 
 
+@pytest.mark.thorough
 def test_a_mistake_of_a_test_is_shown_in_the_test(pytester):
     """With the name that was meant, and without the frames of the library."""
     pytester.makepyfile(test_b=WRONG)

@@ -227,6 +227,7 @@ def test_chooses(stage):
 '''
 
 
+@pytest.mark.thorough
 def test_seeds_that_change_nothing_are_one_sample(pytester):
     """What the seed decides alone, such as ids of goals, does not make runs distinct."""
     pytester.makepyfile(IDENTICAL)

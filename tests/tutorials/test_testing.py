@@ -28,6 +28,7 @@ def folder(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
+@pytest.mark.thorough
 def test_the_three_tests_pass(folder: pytest.Pytester) -> None:
     """As a user's own."""
     result = folder.runpytest("-p", "no:cacheprovider", "-p", "no:randomly")

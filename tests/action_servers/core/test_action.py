@@ -31,6 +31,7 @@ from bt_mission.base.parameters import specs
 from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import in_the_open
 from tests.support.served import SERVED, goal
+from tests.support.thorough import sample
 
 SCAN = Scan(10.0, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, np.inf, dtype=np.float32))
 JOINTS = JointReadings(10.0, dict.fromkeys(load_robot("waffle_arm").moved_joints, 0.0), {}, {})
@@ -134,7 +135,7 @@ def test_the_limit_of_the_robot_is_allowed_as_float32():
     assert isinstance(planned("turn", goal("turn", angular_velocity=1.8201)), Refusal)
 
 
-@pytest.mark.parametrize("name", declared())
+@pytest.mark.parametrize("name", sample(declared(), 4))
 @pytest.mark.parametrize(
     ("need", "changes", "reason"),
     [
@@ -298,7 +299,7 @@ def numbers(message: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
                 yield from numbers(part, *path, name, *([index] if parts is value else []))
 
 
-@pytest.mark.parametrize("name", declared())
+@pytest.mark.parametrize("name", sample(declared(), 3))
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_no_number_of_a_goal_is_other_than_finite(name, value):
     """Of NaN and a limit, `min` and `max` would make full speed."""

@@ -56,7 +56,9 @@ MEETINGS: dict[str, tuple[Callable[[RobotModel], Maneuver], Callable[[float], Co
 }
 
 
-@pytest.mark.parametrize(("meeting", "speed"), sample(itertools.product(MEETINGS, SPEEDS), every=6))
+@pytest.mark.parametrize(
+    ("meeting", "speed"), sample(itertools.product(MEETINGS, SPEEDS), every=12)
+)
 def test_what_moves_does_not_run_into_a_robot_that_has_room(waffle, meeting, speed):
     """Whatever side it comes from; the goal goes on afterwards, or has succeeded."""
     maneuver, course = MEETINGS[meeting]
@@ -165,7 +167,7 @@ def test_a_goal_with_a_time_ends_in_time(waffle):
 
 @pytest.mark.parametrize(
     ("linear", "rate", "turn_s"),
-    sample(itertools.product([0.26, 0.0], [1.82, 0.0, 0.3, 1.0], [0.2, 0.0]), every=9),
+    sample(itertools.product([0.26, 0.0], [1.82, 0.0, 0.3, 1.0], [0.2, 0.0]), every=16),
 )
 def test_nothing_that_stands_still_is_given_way_to(robot, linear, rate, turn_s):
     """Walls, corners and posts, with noise, while the robot drives and turns at any speed."""

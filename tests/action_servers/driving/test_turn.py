@@ -19,7 +19,7 @@ ANGLES = [1, -2, 5, 90, -90, 179, 180, -180, 181, 360, -720, 1000]
 
 
 @pytest.mark.parametrize(
-    ("speed", "angle"), sample(itertools.product([1.0, 0.1, 1.82], ANGLES), every=5)
+    ("speed", "angle"), sample(itertools.product([1.0, 0.1, 1.82], ANGLES), every=10)
 )
 def test_turns_by_the_angle(fake, waffle, angle, speed):
     """Within half a degree, left for positive angles, without wrapping at half a turn."""

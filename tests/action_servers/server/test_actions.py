@@ -17,6 +17,7 @@ from bt_mission.base.geometry import Twist2D
 from sim.world.motion import Drifting
 from tests.support.moving_robot import Mover
 from tests.support.served import goal
+from tests.support.thorough import sample
 
 
 def test_the_distance_is_published_each_second_while_it_is_recorded(bench):
@@ -138,7 +139,7 @@ def test_the_result_says_that_it_gave_way(bench):
     assert bench.commands[-1] == ZERO
 
 
-@pytest.mark.parametrize("name", ["give_way_time", "give_way_distance"])
+@pytest.mark.parametrize("name", sample(["give_way_time", "give_way_distance"], 2))
 def test_a_parameter_turns_it_off(bench, name):
     """From the next goal on."""
     (set_it,) = bench.servers.set_parameters([Parameter(name, value=0.0)])

@@ -579,7 +579,7 @@ ATTACKS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("attack", sample(ATTACKS, 3), ids=lambda attack: attack.name)
+@pytest.mark.parametrize("attack", sample(ATTACKS, 9), ids=lambda attack: attack.name)
 def test_no_attack_drives_without_a_person(played: Played, attack: Attack) -> None:
     """It is answered as its row says, and `stop` works afterwards."""
     answer = str(attack.act(played))

@@ -81,6 +81,7 @@ def test_a_search_repeats(search_by: MakeSearch, strategy: type[Any]) -> None:
     assert asked(4) != first
 
 
+@pytest.mark.thorough
 def test_a_guided_search_comes_nearer(search_by: MakeSearch) -> None:
     """Where the margin falls with the seed, seeds grow."""
     seeds: list[int] = []

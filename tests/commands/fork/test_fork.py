@@ -39,6 +39,7 @@ def forked(source: ForkSource, step_ns: int, change: ForkChange = SAME) -> tuple
         return stage, finish(stage.reports(1.0))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "inputs", "profile"),
     sample(
@@ -138,7 +139,7 @@ def revised(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("at_s", [0.5, 1.0, 5.0])
+@pytest.mark.parametrize("at_s", sample([0.5, 1.0, 5.0], 3))
 def test_a_revised_run_happens_again(revised: Path, at_s: float) -> None:
     """Wherever it is forked: its revisions take place at their instants."""
     source = read_source(revised)

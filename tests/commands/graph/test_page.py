@@ -9,6 +9,7 @@ import pytest
 
 from bt_mission.cli.main import make_parser
 from tests.support.project import ROOT
+from tests.support.thorough import sample
 
 PAGE = ROOT / "docs" / "how-to" / "command-line-tools.md"
 COMMANDS = sorted(set(re.findall(r"^\$ (bt-mission .*)$", PAGE.read_text("utf-8"), re.MULTILINE)))
@@ -23,7 +24,7 @@ def test_the_page_shows_every_command() -> None:
         assert command in text
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", sample(COMMANDS, 4))
 def test_commands_of_the_page_parse(command: str) -> None:
     """With their options."""
     _, *words = shlex.split(command.partition(" | ")[0])

@@ -121,6 +121,7 @@ def test_a_refused_cancel_is_scripted_with_the_times_of_the_way(tmp_path: Path) 
     assert requirement.at == pytest.approx(12.25)
 
 
+@pytest.mark.thorough
 def test_a_goal_without_a_limit_waits_for_ever(tmp_path: Path) -> None:
     """The run is interrupted 100 s behind the end of the way."""
     (finding,) = run_all(tmp_path, "  turn: {angle: 90}")
@@ -129,6 +130,7 @@ def test_a_goal_without_a_limit_waits_for_ever(tmp_path: Path) -> None:
     assert data["expect"] == {"outcome": "any", "orphaned_goals": "any", "before": data["limit"]}
 
 
+@pytest.mark.thorough
 def test_a_loop_without_an_end_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its goals succeed as usual, until the run is interrupted: here after less than 100 s."""
     monkeypatch.setattr("bt_mission.commands.prove.confirm.LONGEST_S", 20.0)

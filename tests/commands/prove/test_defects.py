@@ -33,7 +33,7 @@ MOST = Bounds(states=10_000)
 DEFECTS = read_text(Path(__file__).with_name("mission_defects.yaml").read_text()).data
 
 
-@pytest.mark.parametrize("defect", sample(DEFECTS, 3), ids=[defect["what"] for defect in DEFECTS])
+@pytest.mark.parametrize("defect", sample(DEFECTS, 6), ids=[defect["what"] for defect in DEFECTS])
 def test_a_defect_of_a_mission_is_found_until_it_is_mended(defect: dict[str, Any]) -> None:
     """By its property."""
     options = ProofOptions(defect.get("faults", USUAL_FAULTS), bounds=MOST)

@@ -114,7 +114,7 @@ def test_the_age_of_a_message_multiplies_no_states() -> None:
     assert "unhandled" in proof.proved
 
 
-@pytest.mark.parametrize("seed", sample(range(40), every=6, first=3))
+@pytest.mark.parametrize("seed", sample(range(40), every=13, first=3))
 def test_known_steps_do_what_the_mission_does(seed: int) -> None:
     """The exploration that takes every step has the same states, ends and findings."""
     missions = [small_mission(seed), looping_mission(seed)]
@@ -132,7 +132,7 @@ def test_known_steps_do_what_the_mission_does(seed: int) -> None:
         assert known.entered == taken.entered
 
 
-@pytest.mark.parametrize("seed", range(0, 40, 4))
+@pytest.mark.parametrize("seed", sample(range(0, 40, 4), 3))
 def test_a_step_changes_only_what_it_is_known_to_use(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -345,7 +345,7 @@ def test_a_run_that_may_not_exist_proves_no_property_of_some_run() -> None:
     assert exact.abstracted == ()
 
 
-@pytest.mark.parametrize("seed", sample(range(40), 9))
+@pytest.mark.parametrize("seed", sample(range(40), 20))
 def test_what_is_abstract_finds_all_that_exact_time_finds(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -365,6 +365,7 @@ def test_a_budget_ends_the_exploration() -> None:
     assert proof.why_not == ("the budget of 5 states is used up",)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "mission", sample(["missions/explore.yaml", "benchmarks/nav2_recovery.yaml"], 2)
 )

@@ -265,6 +265,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("rate", "repeated", "sent", "faults"),
     sample(
@@ -312,6 +313,7 @@ def test_a_search_without_optuna_says_so(
     assert expected in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_a_lidar_that_loses_rays_keeps_its_walls(room: Path) -> None:
     """Nothing comes, moves or fails: the walls and the post are in the world."""
     evidence = matched(evidence_of(room))

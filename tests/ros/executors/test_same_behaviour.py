@@ -49,7 +49,7 @@ ALL = [
 ]
 
 
-@pytest.mark.parametrize("behaviour", sample(ALL, 3))
+@pytest.mark.parametrize("behaviour", sample(ALL, 4))
 def test_it_is_as_under_rclpys_own_executor(behaviour: Behaviour) -> None:
     """The same happens to everybody, at the same simulated times."""
     expected = perform(behaviour, StockPlay)

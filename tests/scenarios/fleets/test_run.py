@@ -39,6 +39,7 @@ def test_the_seeds_of_the_missions_count_up_from_that_of_the_run(still: FleetRep
     assert (still.status, still.passed) == ("success", True)
 
 
+@pytest.mark.thorough
 def test_a_contact_of_two_robots_counts_once_and_apart(still: FleetReport) -> None:
     """Each robot has counted it; those with the world are what is left of its collisions."""
 

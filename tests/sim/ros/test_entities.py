@@ -130,16 +130,22 @@ def test_states_come_with_the_frame_and_the_time(sim):
 
 @pytest.mark.parametrize(
     ("filters", "names"),
-    [
-        ({"filter": "^the"}, ["the wall"]),
-        ({"filter": "fle$|ling"}, ["waffle", "circling"]),
-        ({"categories": [EntityCategory(category=1)]}, ["waffle"]),
-        ({"categories": [EntityCategory(category=c) for c in (4, 5)]}, ["the wall", "circling"]),
-        ({"tags": msg.TagsFilter(tags=["moving", "robot"])}, ["waffle", "circling"]),
-        ({"tags": msg.TagsFilter(tags=["moving", "world"], filter_mode=1)}, ["circling"]),
-        ({"filter": "l", "tags": msg.TagsFilter(tags=["robot"])}, ["waffle"]),
-        ({"filter": "nobody"}, []),
-    ],
+    sample(
+        [
+            ({"filter": "^the"}, ["the wall"]),
+            ({"filter": "fle$|ling"}, ["waffle", "circling"]),
+            ({"categories": [EntityCategory(category=1)]}, ["waffle"]),
+            (
+                {"categories": [EntityCategory(category=c) for c in (4, 5)]},
+                ["the wall", "circling"],
+            ),
+            ({"tags": msg.TagsFilter(tags=["moving", "robot"])}, ["waffle", "circling"]),
+            ({"tags": msg.TagsFilter(tags=["moving", "world"], filter_mode=1)}, ["circling"]),
+            ({"filter": "l", "tags": msg.TagsFilter(tags=["robot"])}, ["waffle"]),
+            ({"filter": "nobody"}, []),
+        ],
+        3,
+    ),
 )
 def test_filters_apply_together(sim, filters, names):
     """Names by POSIX regular expressions, categories, tags."""
@@ -169,16 +175,23 @@ def test_entities_are_found_by_the_volume_that_they_are_in(sim, bounds, names):
 
 @pytest.mark.parametrize(
     ("filters", "code", "words"),
-    [
-        ({"filter": "("}, 4, "filter: not a regular expression (POSIX Extended)"),
-        ({"filter": "a" * 201}, 4, "a pattern of at most 200 characters"),
-        ({"filter": "(a)\\1"}, 4, "without references back"),
-        ({"filter": "((a{1,255}){1,255}){1,255}"}, 4, "its repetitions are too many"),
-        ({"bounds": volume(2, (0, 0, 0), (1, 0, 0), (0, 1, 0))}, 0, "type 1 (box) or 3 (sphere)"),
-        ({"bounds": volume(1, (0, 0, 0))}, 4, "expected two points of finite numbers, got 1"),
-        ({"bounds": volume(3, (0, math.nan, 0), (1, 0, 0))}, 4, "two points of finite numbers"),
-        ({"bounds": volume(99)}, 0, "type 1 (box) or 3 (sphere)"),
-    ],
+    sample(
+        [
+            ({"filter": "("}, 4, "filter: not a regular expression (POSIX Extended)"),
+            ({"filter": "a" * 201}, 4, "a pattern of at most 200 characters"),
+            ({"filter": "(a)\\1"}, 4, "without references back"),
+            ({"filter": "((a{1,255}){1,255}){1,255}"}, 4, "its repetitions are too many"),
+            (
+                {"bounds": volume(2, (0, 0, 0), (1, 0, 0), (0, 1, 0))},
+                0,
+                "type 1 (box) or 3 (sphere)",
+            ),
+            ({"bounds": volume(1, (0, 0, 0))}, 4, "expected two points of finite numbers, got 1"),
+            ({"bounds": volume(3, (0, math.nan, 0), (1, 0, 0))}, 4, "two points of finite numbers"),
+            ({"bounds": volume(99)}, 0, "type 1 (box) or 3 (sphere)"),
+        ],
+        3,
+    ),
 )
 def test_filters_that_make_no_sense_are_refused(sim, filters, code, words):
     """At once, whatever they would cost."""
@@ -302,32 +315,35 @@ def test_a_pose_may_be_relative_to_an_entity(sim):
 
 @pytest.mark.parametrize(
     ("fields", "code", "words"),
-    [
-        ({"name": "", "allow_renaming": False}, 102, "no name is given"),
-        ({"name": "waffle", "allow_renaming": False}, 101, "the name 'waffle' is taken"),
-        ({"name": "a\x1b[31m"}, 102, "expected a name of 1 to 60 letters"),
-        ({"name": "<b>"}, 102, "got '<b>'"),
-        ({"name": "a" * 61}, 102, "expected a name of 1 to 60"),
-        ({"uri": ""}, 104, "neither a URI nor a text"),
-        ({"uri": "file:///etc/passwd"}, 103, "unknown entity 'file:///etc/passwd'"),
-        ({"uri": "bx"}, 103, "colour=red; did you mean 'box'?"),
-        ({"uri": "burger"}, 0, "robots cannot be added to a running simulation"),
-        ({"uri": "box?size=[0.2,0.4]"}, 106, "'2' is missing"),
-        ({"uri": "box?wings=2"}, 106, "wings"),
-        ({"uri": "box?size=[0.2,0.4,nan]"}, 106, "expected a number, got string 'nan'"),
-        ({"uri": "box?colour=plaid"}, 106, "plaid"),
-        ({"uri": "box?radius=0.2"}, 4, "got both"),
-        ({"uri": "", "resource_string": "<sdf version='1.9'/>"}, 103, "SDF, URDF and MJCF"),
-        ({"uri": "", "resource_string": "a: &a [*a]"}, 106, "a"),
-        ({"uri": "", "resource_string": "size: [1, 1, 1]" + " " * 5000}, 103, "at most 4000"),
-        ({"entity_namespace": "not a namespace!"}, 105, "expected a namespace such as /shelf"),
-        ({"x": 7.0}, 109, "(7, 1) is not on the floor of 10 m x 10 m"),
-        ({"x": math.nan}, 109, "expected a pose of finite numbers"),
-        ({"y": math.inf}, 109, "expected a pose of finite numbers"),
-        ({"frame": "moon"}, 109, "no frame is known as 'moon'"),
-        ({"x": -1.0, "y": 0.5}, 4, "it would be in the robot"),
-        ({"x": 0.0, "y": 3.0}, 4, "it would be in 'the wall'"),
-    ],
+    sample(
+        [
+            ({"name": "", "allow_renaming": False}, 102, "no name is given"),
+            ({"name": "waffle", "allow_renaming": False}, 101, "the name 'waffle' is taken"),
+            ({"name": "a\x1b[31m"}, 102, "expected a name of 1 to 60 letters"),
+            ({"name": "<b>"}, 102, "got '<b>'"),
+            ({"name": "a" * 61}, 102, "expected a name of 1 to 60"),
+            ({"uri": ""}, 104, "neither a URI nor a text"),
+            ({"uri": "file:///etc/passwd"}, 103, "unknown entity 'file:///etc/passwd'"),
+            ({"uri": "bx"}, 103, "colour=red; did you mean 'box'?"),
+            ({"uri": "burger"}, 0, "robots cannot be added to a running simulation"),
+            ({"uri": "box?size=[0.2,0.4]"}, 106, "'2' is missing"),
+            ({"uri": "box?wings=2"}, 106, "wings"),
+            ({"uri": "box?size=[0.2,0.4,nan]"}, 106, "expected a number, got string 'nan'"),
+            ({"uri": "box?colour=plaid"}, 106, "plaid"),
+            ({"uri": "box?radius=0.2"}, 4, "got both"),
+            ({"uri": "", "resource_string": "<sdf version='1.9'/>"}, 103, "SDF, URDF and MJCF"),
+            ({"uri": "", "resource_string": "a: &a [*a]"}, 106, "a"),
+            ({"uri": "", "resource_string": "size: [1, 1, 1]" + " " * 5000}, 103, "at most 4000"),
+            ({"entity_namespace": "not a namespace!"}, 105, "expected a namespace such as /shelf"),
+            ({"x": 7.0}, 109, "(7, 1) is not on the floor of 10 m x 10 m"),
+            ({"x": math.nan}, 109, "expected a pose of finite numbers"),
+            ({"y": math.inf}, 109, "expected a pose of finite numbers"),
+            ({"frame": "moon"}, 109, "no frame is known as 'moon'"),
+            ({"x": -1.0, "y": 0.5}, 4, "it would be in the robot"),
+            ({"x": 0.0, "y": 3.0}, 4, "it would be in 'the wall'"),
+        ],
+        4,
+    ),
 )
 def test_what_cannot_be_spawned_is_refused(sim, fields, code, words):
     """With the standard's code and the reason; nothing is there then."""
@@ -438,20 +454,23 @@ def test_what_was_spawned_is_put_elsewhere_and_moves_on(sim):
 
 @pytest.mark.parametrize(
     ("name", "state", "code", "words"),
-    [
-        ("the wall", new_state(0, 0), 0, "is a part of the world"),
-        ("circling", new_state(0, 0), 0, "is a part of the world"),
-        ("crate", new_state(0, 3), 4, "it would be in 'the wall'"),
-        ("crate", new_state(-1, 0.5), 4, "it would be in the robot"),
-        ("waffle", new_state(1, 1), 4, "it would be in 'crate'"),
-        ("waffle", new_state(50, 1), INVALID_POSE, "is not on the floor"),
-        ("crate", new_state(math.nan, 1), INVALID_POSE, "finite numbers"),
-        ("crate", new_state(2, 2, linear=(9, 0, 0)), 4, "expected at most 4 m/s"),
-        ("crate", new_state(2, 2, linear=(0, 0, 1)), INVALID_POSE, "along the floor"),
-        ("crate", new_state(2, 2, turn=1.0), 4, "'crate' cannot keep turning"),
-        ("crate", new_state(2, 2, linear=(math.inf, 0, 0)), INVALID_POSE, "finite numbers"),
-        ("crate", new_state(2, 2, frame="moon"), INVALID_POSE, "no frame is known as 'moon'"),
-    ],
+    sample(
+        [
+            ("the wall", new_state(0, 0), 0, "is a part of the world"),
+            ("circling", new_state(0, 0), 0, "is a part of the world"),
+            ("crate", new_state(0, 3), 4, "it would be in 'the wall'"),
+            ("crate", new_state(-1, 0.5), 4, "it would be in the robot"),
+            ("waffle", new_state(1, 1), 4, "it would be in 'crate'"),
+            ("waffle", new_state(50, 1), INVALID_POSE, "is not on the floor"),
+            ("crate", new_state(math.nan, 1), INVALID_POSE, "finite numbers"),
+            ("crate", new_state(2, 2, linear=(9, 0, 0)), 4, "expected at most 4 m/s"),
+            ("crate", new_state(2, 2, linear=(0, 0, 1)), INVALID_POSE, "along the floor"),
+            ("crate", new_state(2, 2, turn=1.0), 4, "'crate' cannot keep turning"),
+            ("crate", new_state(2, 2, linear=(math.inf, 0, 0)), INVALID_POSE, "finite numbers"),
+            ("crate", new_state(2, 2, frame="moon"), INVALID_POSE, "no frame is known as 'moon'"),
+        ],
+        3,
+    ),
 )
 def test_what_cannot_be_moved_stays(sim, name, state, code, words):
     """With the reason; nothing has changed then."""

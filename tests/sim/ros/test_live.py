@@ -101,6 +101,7 @@ def start(beside):
         yield start
 
 
+@pytest.mark.process(always=True)
 @pytest.mark.parametrize("number", sample([signal.SIGTERM, signal.SIGINT], every=2))
 def test_it_runs_and_ends_cleanly_on_a_signal(beside, start, number):
     """/clock runs, parameters are described, and a signal ends it with 0 and no traceback.

@@ -140,6 +140,7 @@ def test_bad_input_exits_with_2(
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_no_ros_is_loaded(tmp_path: Path) -> None:
     """Nor MuJoCo; in a process of its own, since here they are loaded already."""
     script = (

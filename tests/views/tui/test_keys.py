@@ -8,6 +8,7 @@ from bt_mission.executive.events.source import ControlRequest, Verb
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.keys import KEYS
 from tests.support.screens import Screen, shown
+from tests.support.thorough import sample
 
 
 async def running(screen: Screen) -> None:
@@ -20,14 +21,17 @@ async def running(screen: Screen) -> None:
 
 @pytest.mark.parametrize(
     ("keys", "command"),
-    [
-        ("p", ControlRequest(Verb.PAUSE)),
-        ("P", ControlRequest(Verb.PAUSE_KEEPING_GOALS)),
-        ("r", ControlRequest(Verb.RESUME)),
-        ("s", ControlRequest(Verb.STEP)),
-        ("xx", ControlRequest(Verb.STOP)),
-        ("b", ControlRequest(Verb.BREAK, "0.1.0")),
-    ],
+    sample(
+        [
+            ("p", ControlRequest(Verb.PAUSE)),
+            ("P", ControlRequest(Verb.PAUSE_KEEPING_GOALS)),
+            ("r", ControlRequest(Verb.RESUME)),
+            ("s", ControlRequest(Verb.STEP)),
+            ("xx", ControlRequest(Verb.STOP)),
+            ("b", ControlRequest(Verb.BREAK, "0.1.0")),
+        ],
+        3,
+    ),
 )
 @shown()
 async def test_wishes_are_passed_on(screen: Screen, keys: str, command: ControlRequest) -> None:
@@ -69,19 +73,22 @@ async def test_a_breakpoint_is_removed_by_the_same_key(screen: Screen, name: str
 
 @pytest.mark.parametrize(
     ("keys", "name"),
-    [
-        (["home"], "explore"),
-        (["end"], "turn away"),
-        (["up"], "repeat"),
-        (["k", "k"], "look around"),
-        (["j"], "turn away"),
-        (["home", "down", "down"], "repeat"),
-        (["home", "up"], "explore"),
-        (["pagedown"], "turn away"),
-        (["pageup"], "explore"),
-        (["left"], "repeat"),
-        (["left", "left", "left"], "explore"),
-    ],
+    sample(
+        [
+            (["home"], "explore"),
+            (["end"], "turn away"),
+            (["up"], "repeat"),
+            (["k", "k"], "look around"),
+            (["j"], "turn away"),
+            (["home", "down", "down"], "repeat"),
+            (["home", "up"], "explore"),
+            (["pagedown"], "turn away"),
+            (["pageup"], "explore"),
+            (["left"], "repeat"),
+            (["left", "left", "left"], "explore"),
+        ],
+        3,
+    ),
 )
 @shown()
 async def test_nodes_are_selected(screen: Screen, keys: list[str], name: str) -> None:

@@ -161,6 +161,7 @@ async def test_a_read_only_page_has_no_controls(
     assert executive.commands == []
 
 
+@pytest.mark.process(always=True)
 @scene_on_page()
 async def test_it_follows_what_runs(screen: Screen, executive: ScriptedExecutive) -> None:
     """Until somebody selects by hand; the panel of the node says all of it."""

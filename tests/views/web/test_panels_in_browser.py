@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from bt_mission.executive.events import messages
 from bt_mission.views.web.live import LiveMission, OpenPanels
 from bt_mission.views.web.server import WebServer
@@ -161,6 +163,7 @@ async def test_the_camera_is_heard_while_its_panel_is_open(
     await screen.until("document.getElementById('camera').hidden")
 
 
+@pytest.mark.process(always=True)
 @scene_on_page()
 async def test_no_text_is_ever_markup(screen: Screen, executive: ScriptedExecutive) -> None:
     """Of a tree, a message, a goal, a variable, a requirement, a reason, an answer or the log."""

@@ -273,6 +273,7 @@ async def test_the_mission_of_the_readme_as_text(editor: Editor) -> None:
     assert await editor.saved() == README
 
 
+@pytest.mark.process(always=True)
 @played("play")
 async def test_hostile_names_are_text(editor: Editor) -> None:
     """Markup in a name is shown as it is written."""

@@ -74,6 +74,7 @@ def test_pointing_at_a_figure_tells_its_numbers(chromium: Page, results: ResultS
     assert "38 of 40" in reported
 
 
+@pytest.mark.process(always=True)
 def test_without_scripts_the_tables_are_there(chromium: Page, results: ResultStore):
     """And a line that says why the charts are not."""
     page = opened(chromium, results, scripts=False)
