@@ -20,7 +20,7 @@ from rclpy.subscription import Subscription
 from tests.support.command_cases import named_cases
 from tests.support.project import ROOT
 from tools import check_layers
-from tools.check_layers import SPEAKS_ROS, TOPS, Import, is_in, parsed
+from tools.check_layers import SPEAKS_ROS, TOPS, Import, is_in, names_imported_by, nodes_of
 
 MAX_LINES = 700
 ROS_NAMES = ("rclpy", "rosidl_*", "unique_identifier_msgs", "*_msgs", "*_srvs", "*_interfaces")
@@ -52,7 +52,7 @@ PATCHABLE = frozenset(
 
 
 def _imports(text: str) -> Iterator[str]:
-    yield from (name for name, _ in check_layers.imported_names(parsed(text)))
+    yield from (name for name, _ in names_imported_by(text))
 
 
 def _is_own(target: ast.expr) -> bool:
@@ -95,8 +95,7 @@ def _changed(node: ast.AST) -> Iterator[tuple[ast.expr, str | None, ast.expr | N
 
 def patches(text: str) -> Iterator[str]:
     """What text does to live objects that their classes do not provide for."""
-    tree = parsed(text)
-    nodes = list(ast.walk(tree))
+    nodes = nodes_of(text)
     methods = {
         id(child_node)
         for scope in nodes
@@ -115,11 +114,13 @@ def patches(text: str) -> Iterator[str]:
             )
             if attribute != "__class__" and _is_own(target):
                 continue
-            where = f"line {target.lineno}: {ast.unparse(node).splitlines()[0]}"
             if attribute == "__class__":
-                yield f"{where} changes the class of an object"
+                broken = "changes the class of an object"
             elif attribute in PATCHABLE or (is_function and attribute not in HOOKS):
-                yield f"{where} replaces a method of another object; give its class a hook"
+                broken = "replaces a method of another object; give its class a hook"
+            else:
+                continue
+            yield f"line {target.lineno}: {ast.unparse(node).splitlines()[0]} {broken}"
     for number, line in enumerate(text.splitlines(), start=1):
         if "type: ignore[method-assign]" in line and not any(hook in line for hook in HOOKS):
             yield f"line {number}: replaces a method of an object; give its class a hook"
@@ -131,7 +132,7 @@ def shallow(text: str) -> Iterator[str]:
     DDS brings the requests of all clients to a service, and its answers to each of them: with ten
     that wait, a client that floods a service has those of others dropped.
     """
-    for node in ast.walk(parsed(text)):
+    for node in nodes_of(text):
         if not isinstance(node, ast.Call):
             continue
         is_made = any(
@@ -144,16 +145,17 @@ def shallow(text: str) -> Iterator[str]:
 
 def starts(text: str) -> Iterator[str]:
     """Processes whose Python would import from the working folder."""
-    for node in ast.walk(parsed(text)):
-        if isinstance(node, ast.Attribute) and ast.unparse(node) == "sys.executable":
-            yield f"line {node.lineno}: names the interpreter; call python_command"
-        if not isinstance(node, ast.Call):
-            continue
-        function = ast.unparse(node.func)
-        if function in OTHER_WAYS:
-            yield f"line {node.lineno}: {function} starts a process; use {' or '.join(PROCESSES)}"
-        elif function in PROCESSES and "env" not in [keyword.arg for keyword in node.keywords]:
-            yield f"line {node.lineno}: a process with no env; pass python_environment()"
+    for node in nodes_of(text):
+        match node:
+            case ast.Attribute(value=ast.Name(id="sys"), attr="executable"):
+                yield f"line {node.lineno}: names the interpreter; call python_command"
+            case ast.Call(func=ast.Attribute(value=ast.Name(id=module), attr=name)) as call:
+                function = f"{module}.{name}"
+                if function in OTHER_WAYS:
+                    instead = " or ".join(PROCESSES)
+                    yield f"line {node.lineno}: {function} starts a process; use {instead}"
+                elif function in PROCESSES and "env" not in [word.arg for word in call.keywords]:
+                    yield f"line {node.lineno}: a process with no env; pass python_environment()"
 
 
 def faults(name: str, text: str) -> list[str]:
@@ -336,7 +338,7 @@ def test_files_are_written_in_one_place():
             text = path.read_text(encoding="utf-8")
             if not any(name in text for name in (*opens, "open(")):
                 continue
-            for node in ast.walk(parsed(text)):
+            for node in nodes_of(text):
                 if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
                     modes = [
                         argument.value
@@ -358,7 +360,9 @@ WITH_EMPTY_NAMES = ("tests/fuzz/corpus/", "tests/language/broken/")
 """Files of users that tests load."""
 
 
-A_WORD = re.compile(rf"\b_*({'|'.join(EMPTY_NAMES)})_*\b")
+_WORD = rf"_*({'|'.join(EMPTY_NAMES)})_*\b"
+A_WORD = re.compile(rf"\b(as|class|def)\s+{_WORD}|\b{_WORD}\s*([-+*/|&%@]?=|[]:,)(]|in\b)")
+"""One of them where a name may be bound; most are words of a docstring."""
 
 
 def bound_names(text: str) -> Iterator[tuple[int, str]]:

@@ -131,28 +131,40 @@ def modules(root: Path = ROOT) -> dict[str, Path]:
 
 def imported_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
     """Yield the full name of each import of a module, and its line."""
-    for node in ast.walk(tree):
+    yield from _imported_names(list(ast.walk(tree)))
+
+
+def _imported_names(nodes: list[ast.AST]) -> Iterator[tuple[str, int]]:
+    for node in nodes:
         match node:
             case ast.Import(names=aliases):
                 yield from ((alias.name, node.lineno) for alias in aliases)
             case ast.ImportFrom(names=aliases, module=str(parent), level=0):
                 yield from ((f"{parent}.{alias.name}", node.lineno) for alias in aliases)
-            case ast.Call(func=function, args=[ast.Constant(value=str(name)), *_]) if ast.unparse(
-                function
-            ) in {"importlib.import_module", "import_module", "__import__"}:
+            case ast.Call(
+                func=ast.Attribute(attr="import_module")
+                | ast.Name(id="import_module" | "__import__"),
+                args=[ast.Constant(value=str(name)), *_],
+            ):
                 yield name, node.lineno
 
 
 @functools.lru_cache(maxsize=1)
-def parsed(text: str) -> ast.Module:
-    """Return the tree of a text; several rules ask for that of one module."""
-    return ast.parse(text)
+def nodes_of(text: str) -> list[ast.AST]:
+    """Return all nodes of the tree of a text; several rules ask for those of one module."""
+    return list(ast.walk(ast.parse(text)))
+
+
+@functools.lru_cache(maxsize=1)
+def names_imported_by(text: str) -> list[tuple[str, int]]:
+    """Return the full name of each import of a text, and its line."""
+    return list(_imported_names(nodes_of(text)))
 
 
 def imports_of(name: str, text: str, known: Mapping[str, object]) -> list[Import]:
     """Return the imports of ours that a module has, each resolved to a module."""
     imports = []
-    for full, line in imported_names(parsed(text)):
+    for full, line in names_imported_by(text):
         module = full if full in known else full.rpartition(".")[0]
         if module in known and module != name:
             imports.append(Import(name, module, line))
