@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Coroutine
+from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -126,7 +127,7 @@ def run_interruptible(main: Coroutine[Any, Any, None], interrupts: InterruptSign
 
     async def run() -> None:
         loop, task = asyncio.get_running_loop(), asyncio.ensure_future(main)
-        interrupts.on_signal = lambda: loop.call_soon_threadsafe(task.cancel)
+        interrupts.on_signal = partial(loop.call_soon_threadsafe, task.cancel)
         if interrupts.count:
             task.cancel()
         await task
