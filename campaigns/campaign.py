@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import tempfile
 import traceback
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,7 +36,7 @@ from bt_mission.testing import ScenarioError
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text
 from bt_mission.testing.generators.worlds import drawn_world
-from bt_mission.testing.run import NeverHeldError, Run
+from bt_mission.testing.run import NeverHeldError
 from bt_mission.testing.stages import Stages
 
 DECEIVING = {
@@ -71,13 +70,13 @@ class Outcome:
     findings: list[str] = field(default_factory=list)
 
 
-def play(drawn: DrawnScenario, outcome: Outcome, begin: Callable[[Run], None]) -> None:
+def play(drawn: DrawnScenario, outcome: Outcome) -> None:
     """Run a scenario on a stage, and note what was found."""
     watch = CpuWatch()
     with tempfile.TemporaryDirectory() as folder:
         stages = Stages(Path(folder))
         try:
-            _play(drawn, stages, outcome, begin)
+            _play(drawn, stages, outcome)
             stages.close()
         except Exception as error:  # noqa: BLE001 - as within the run
             outcome.findings.append(f"traceback at the end: {error!r}")
@@ -85,9 +84,7 @@ def play(drawn: DrawnScenario, outcome: Outcome, begin: Callable[[Run], None]) -
     outcome.cpu_s = round(watch.elapsed_s, 2)
 
 
-def _play(
-    drawn: DrawnScenario, stages: Stages, outcome: Outcome, begin: Callable[[Run], None]
-) -> None:
+def _play(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
     run, statuses = None, list[str]()
     try:
         run = drawn.on(stages)
@@ -95,7 +92,6 @@ def _play(
         topics = [topic for topic, _ in run.stage.node.get_topic_names_and_types()]
         statuses = [topic for topic in topics if topic.endswith("/_action/status")]
         run.record(*statuses, "collisions")
-        begin(run)
         run.until_done()
     except NeverHeldError:
         outcome.findings.append("hang")
@@ -146,7 +142,7 @@ def trial(number: int) -> Outcome:
         outcome.mission = drawn.mission
     if "\n" not in drawn.world:
         outcome.world = drawn.world
-    play(drawn, outcome, lambda _: None)
+    play(drawn, outcome)
     return outcome
 
 

@@ -7,17 +7,14 @@ continues where the first was stopped.
 from __future__ import annotations
 
 import json
-import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, is_dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn
 
 from benchmarks.measuring import NOT_SOUND, figure
-from bt_mission.testing.live_graph import LiveGraph, own_domain
 
 Line = dict[str, Any]
 AT_ONCE = 200
@@ -57,18 +54,6 @@ def carry_out(
     """Run trials in processes; return all results."""
     with get_context("spawn").Pool(jobs, initializer, maxtasksperchild=AT_ONCE) as pool:
         return write(pool.imap_unordered(trial, numbers), path)
-
-
-@contextmanager
-def live_robot() -> Iterator[LiveGraph]:
-    """Run a Waffle and its servers as processes, in an empty arena."""
-    with tempfile.TemporaryDirectory() as folder, own_domain() as domain_id:
-        graph = LiveGraph(Path(folder), domain_id)
-        try:
-            graph.robot("empty_arena", "waffle", "--no-camera")
-            yield graph
-        finally:
-            graph.close()
 
 
 def conclude(lines: list[Line], *texts: str) -> NoReturn:

@@ -28,7 +28,7 @@ def test_without_a_name_all_are_listed(capsys):
         (["sped"], "there is no benchmark 'sped': did you mean 'speed'?"),
         (["speed.py", "xyz"], "'speed.py': did you mean 'speed'?"),
         (["xyz"], "there is no benchmark 'xyz': python -m benchmarks lists them"),
-        (["attached_campaign"], "did you mean 'attached-campaign'"),
+        (["safety_stops"], "did you mean 'safety-stops'"),
         (["table", "speed"], "'table' chooses its benchmarks: leave the other names out"),
         (["speed", "--against", "no such commit"], "git knows no commit 'no such commit' here"),
     ],
@@ -111,7 +111,7 @@ def test_an_entry_is_whole(benchmark):
         assert all(word.startswith("{folder}/") for word in words if word.endswith(".jsonl"))
         if words[0] == "campaigns/safety.py":
             assert "--no-page" in words
-        if words[0] in ("campaigns/campaign.py", "campaigns/attached_campaign.py"):
+        if words[0] == "campaigns/campaign.py":
             assert "--results" in words
 
 
