@@ -79,9 +79,11 @@ class PageIndex:
         if not known.intersection(wanted):
             wanted = [word for word in known if any(map(word.startswith, wanted))]
         scores = [self.scores(word) for word in dict.fromkeys(wanted)]
-        found = {name: [score.get(name, 0.0) for score in scores] for name in self._pages}
-        ranked = sorted(found, key=lambda name: (all(found[name]), sum(found[name])), reverse=True)
-        return [self._best_section(name, wanted) for name in ranked if any(found[name])]
+        weights = {name: [score.get(name, 0.0) for score in scores] for name in self._pages}
+        ranked = sorted(
+            weights, key=lambda name: (all(weights[name]), sum(weights[name])), reverse=True
+        )
+        return [self._best_section(name, wanted) for name in ranked if any(weights[name])]
 
     def scores(self, word: str) -> Mapping[str, float]:
         """Return the weight of a stem in each page that has it, by the page's name."""
