@@ -328,7 +328,6 @@ def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) 
     assert result.why.startswith("the messages of the mission cannot be read: ")
 
 
-@pytest.mark.thorough
 def test_margins_over_time(tmp_path: Path) -> None:
     """Of each instant where the requirement speaks of instants, else of the run so far."""
     text = THERE_AND_BACK.replace(
