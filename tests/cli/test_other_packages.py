@@ -129,6 +129,7 @@ def test_a_package_brings_a_command(cli: CommandLine) -> None:
     assert "Greets whoever a file names." in manual().page("hello").sections[0].text
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("_greetings")
 def test_a_broken_row_is_reported(cli: CommandLine) -> None:
     """The rest works, and `doctor` says what is wrong."""

@@ -44,7 +44,7 @@ def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Pop
         yield process
 
 
-@pytest.mark.process(always=True)
+@pytest.mark.process
 def test_the_tree_is_printed_once(mission: subprocess.Popen[str]):
     """With all statuses, though the watcher has come late."""
     with started("watch", "--once", "--wait", "60", **LOCAL) as watch:

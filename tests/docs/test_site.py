@@ -66,6 +66,7 @@ def source(tmp_path):
     return folder
 
 
+@pytest.mark.thorough
 def test_a_site_is_pages_navigation_files_and_search(source, tmp_path):
     """README.md opens the site; the list of pages gives the navigation; a file is shown."""
     site = tmp_path / "site" / "1.2.3"

@@ -94,7 +94,7 @@ def is_bounded(value):
     return math.isfinite(value) and (not isinstance(value, int) or abs(value) <= MAX_MAGNITUDE)
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(arithmetic)
 @example("-2 ** 2")
 @example("2 ** -1")
@@ -125,7 +125,7 @@ def test_conditions_are_pythons(text):
         assert got is python(text)
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.text(alphabet="0123456789.eE+-*/%()<>=!&|$'\" abcsinmxrodt,{}\n\té²", max_size=60))
 @example("(" * 10_000)
 @example("-" * 10_000 + "1")
@@ -145,7 +145,7 @@ def test_no_text_does_more_than_an_expression_error(text):
     assert 1 <= column <= len(text) + 1
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(arithmetic)
 def test_inferred_types_hold(text):
     """What is called a whole number beforehand is one when evaluated."""

@@ -170,6 +170,7 @@ def test_any_formula_comes_to_what_it_did_in_the_run(count: int, tmp_path: Path)
     assert len({report.margin for report in reports}) > 20
 
 
+@pytest.mark.thorough
 def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(tmp_path: Path) -> None:
     """How each ended, whether it was accepted, how often; also if the run did not know that."""
     mission = load(GOALS)

@@ -280,6 +280,7 @@ def test_a_recorder_that_fails_does_not_end_the_mission(
     assert "the recorder failed: ValueError: broken (" in run.recorder.missing
 
 
+@pytest.mark.thorough
 def test_a_topic_whose_type_is_not_installed_is_named(
     record: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

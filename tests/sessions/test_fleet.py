@@ -89,6 +89,7 @@ def test_two_robots_run_two_missions_at_once(fleet):
     assert sum(run.collisions for run in stage.runs) == 0
 
 
+@pytest.mark.thorough
 def test_goals_go_to_the_servers_of_the_own_robot(fleet):
     """By the namespace; the other robot stays where it is."""
     alone = FleetRobot("robot1", legs(count=1), x=0.75, yaw=20.0)

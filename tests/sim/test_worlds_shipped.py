@@ -198,6 +198,7 @@ def test_waffle_reaches_every_zone_with_room_to_spare(name, clearance):
     assert [zone.name for zone in world.zones if not is_reached(zone.x, zone.y)] == []
 
 
+@pytest.mark.thorough
 def test_waffle_reaches_all_sixteen_zones_of_the_explore_arena():
     """On a way on which it can turn round anywhere: its corners sweep 0.238 m."""
     is_reached = reached(load_world("explore_arena"), 0.25, step=0.02)

@@ -96,6 +96,7 @@ def test_a_failed_test_leaves_its_traces(session, pytester):
     assert json.dumps(end, sort_keys=True) in film.trace
 
 
+@pytest.mark.thorough
 def test_a_test_that_passes_takes_away_what_it_left(session, pytester):
     """Only its own: what another left stays until that passes."""
     session(fails=True)
@@ -173,6 +174,7 @@ def test_nothing_is_recorded_where_nobody_wants_it(session, pytester, where):
     assert recorded(pytester) == []
 
 
+@pytest.mark.thorough
 def test_tests_that_pass_leave_their_recordings_where_all_are_wanted(session, pytester):
     """The option outdoes the ini file; a test without runs leaves nothing."""
     pytester.makeini("[pytest]\nmission_record = off\n")

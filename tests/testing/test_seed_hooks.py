@@ -188,6 +188,7 @@ def test_a_bad_marker_stops_the_collection(pytester, mark, words):
     result.stdout.no_fnmatch_line("*Traceback*")
 
 
+@pytest.mark.thorough
 def test_the_stage_takes_the_seed(pytester):
     """Unless the test gives one; missions that are made before take it, too."""
     pytester.makepyfile(MISSION)

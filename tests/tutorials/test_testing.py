@@ -44,7 +44,7 @@ def examples() -> Iterator[Any]:
             yield pytest.param(block, id=name[1], marks=marks)
 
 
-@pytest.mark.parametrize("block", sample(list(examples()), 4))
+@pytest.mark.parametrize("block", sample(list(examples()), 9))
 def test_every_other_example_passes(folder: pytest.Pytester, block: str) -> None:
     """With the mission and the world of the first chapter."""
     (folder.path / "test_there.py").write_text(block, encoding="utf-8")

@@ -170,4 +170,4 @@ class Conversation(RuleBasedStateMachine):
 
 
 TestConversation = Conversation.TestCase
-TestConversation.settings = settings(max_examples=150, stateful_step_count=40)
+TestConversation.settings = settings(max_examples=75, stateful_step_count=40)
