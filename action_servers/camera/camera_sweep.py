@@ -15,8 +15,7 @@ from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
 from action_servers.core.ticker import ChangedFields
-from action_servers.driving.drive import Drive
-from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
+from action_servers.driving.drive import TURNED_WITHIN, Drive
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import number
 from bt_mission.robots.model import RobotModel
@@ -167,7 +166,6 @@ class CameraSweep:
         self.camera = camera
         self._snapshot = Snapshot(camera, tuning.image_timeout)
         self._drive = Drive(robot, tuning)
-        self._rotation = Rotation(self._drive, robot)
         self._camera_works = False
         self._opened = False
         self._paths: list[str] = []
@@ -184,7 +182,7 @@ class CameraSweep:
             return self._drive.rest(now) or SUCCEEDED
         if self._snapshot.is_asked_for and self._due(len(self._paths) + 2):
             return self._drive.rest(now) or ZERO
-        return self._rotation.towards(now, self._angle, self._speed) or ZERO
+        return self._drive.turn_towards(now, self._angle, self._speed) or ZERO
 
     def feedback(self) -> Fields | None:
         """Return pictures taken and angle turned, when either has changed."""
@@ -229,7 +227,7 @@ class CameraSweep:
     def _due(self, number: int) -> bool:
         """Return whether the robot has turned to where picture `number` is taken."""
         angle = self._angle * min(number, self._count) / self._count
-        return self._drive.yaw >= angle - ARRIVED_WITHIN
+        return self._drive.yaw >= angle - TURNED_WITHIN
 
 
 CAMERA_SWEEP = Action(

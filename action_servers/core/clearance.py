@@ -102,14 +102,15 @@ def ahead(points: Points, hull: Hull, side_margin: float = 0.02) -> ObstaclePoin
     """
     x, y = points
     in_the_way = (x > 0.0) & (np.abs(y) <= hull.half_width + side_margin)
-    if not in_the_way.any():
-        return None
     x, y = x[in_the_way], y[in_the_way]
-    nearest = float(x.min())
+    if not x.size:
+        return None
+    # Reductions of ufuncs: the methods of arrays, and `mean`, take several calls each.
+    nearest = float(np.minimum.reduce(x))
     as_near = x <= nearest + NOISE_M
-    return ObstaclePoint(
-        max(0.0, nearest - hull.front), float(x[as_near].mean()), float(y[as_near].mean())
-    )
+    x, y = x[as_near], y[as_near]
+    middle_x, middle_y = np.add.reduce(x) / x.size, np.add.reduce(y) / y.size
+    return ObstaclePoint(max(0.0, nearest - hull.front), float(middle_x), float(middle_y))
 
 
 def nearest_in_front(points: Points, hull: Hull) -> ObstaclePoint | None:

@@ -122,10 +122,13 @@ class Governor:
         if not (-fastest <= linear <= fastest and -sharpest <= angular <= sharpest):
             linear = max(-fastest, min(linear, fastest))
             wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)), wanted.lateral)
-        speed = math.hypot(linear, wanted.lateral)
-        if speed > now.speed_limit:
-            wanted = _scaled(wanted, now.speed_limit / speed)
-        hazard = next((each for each in now.hazards if each.is_towards(wanted)), None)
+        if now.speed_limit < math.inf:
+            speed = math.hypot(linear, wanted.lateral)
+            if speed > now.speed_limit:
+                wanted = _scaled(wanted, now.speed_limit / speed)
+        hazard = None
+        if now.hazards:
+            hazard = next((each for each in now.hazards if each.is_towards(wanted)), None)
         if hazard is not None:
             twist, obstacle = ZERO, hazard.words
         else:
@@ -289,7 +292,7 @@ class Room:
         self._scan, self._points = scan, None
         self._seen = obstacle_points(scan, self._robot.lidar)
         x, y = self._seen
-        self._nearest = float(np.hypot(x, y).min(initial=math.inf))
+        self._nearest = float(np.minimum.reduce(np.hypot(x, y), initial=math.inf))
         self._at = pose_at(now, scan.stamp_s)
 
     def _near(self) -> Floats:

@@ -7,9 +7,9 @@ velocity is commanded before the end is reported.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NoReturn
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.governor import Governor
@@ -173,18 +173,21 @@ class Pilot:
             if governor is not None:
                 now = governor.look(now)
             answer = run.maneuver.step(now)
-            if not isinstance(answer, Finished):
-                wanted = _checked(answer)
-                allowed = None if governor is None else governor.allow(wanted, now)
+            if isinstance(answer, Twist2D) and answer.is_finite:
+                allowed = None if governor is None else governor.allow(answer, now)
                 if governor is not None and governor.notes:
                     for note in governor.notes:
                         run.on_note(note)
                     governor.notes.clear()
-                self._send_feedback(run)
+                feedback = run.maneuver.feedback()
+                if feedback is not None:
+                    run.on_feedback(feedback)
                 # Last, so that an exception above is followed by zero and nothing else.
                 if allowed is not None:
                     self._command(allowed.twist)
                 return
+            if not isinstance(answer, Finished):
+                _refuse(answer)
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self.fail(run, error)
             return
@@ -193,11 +196,6 @@ class Pilot:
             ManeuverOutcome(answer.status, answer.error_code, answer.reason),
             with_feedback=True,
         )
-
-    def _send_feedback(self, run: ManeuverRun) -> None:
-        feedback = run.maneuver.feedback()
-        if feedback is not None:
-            run.on_feedback(feedback)
 
     def _end_all(
         self, reason: str, runs: list[ManeuverRun], code: ErrorCode = ErrorCode.STOPPED
@@ -218,8 +216,9 @@ class Pilot:
                 reason = "; ".join(filter(None, (outcome.reason, summary)))
                 outcome = replace(outcome, reason=reason)
         try:
-            if with_feedback:
-                self._send_feedback(run)
+            feedback = run.maneuver.feedback() if with_feedback else None
+            if feedback is not None:
+                run.on_feedback(feedback)
             outcome = replace(outcome, result=run.maneuver.result())
         except Exception as error:  # noqa: BLE001 - the goal must end, with what is known
             if outcome.status == "succeeded":
@@ -227,12 +226,10 @@ class Pilot:
         run.on_end(outcome)
 
 
-def _checked(twist: object) -> Twist2D:
-    if not isinstance(twist, Twist2D):
-        raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {twist!r}")
-    if not twist.is_finite:
-        raise ValueError(f"a maneuver commanded {twist}")
-    return twist
+def _refuse(answer: object) -> NoReturn:
+    if not isinstance(answer, Twist2D):
+        raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {answer!r}")
+    raise ValueError(f"a maneuver commanded {answer}")
 
 
 def raised(error: Exception) -> ManeuverOutcome:
@@ -248,11 +245,13 @@ MOTORS_OFF = "motors off"
 class Interlock:
     """Ends what the pilot does, and refuses goals until the cause is gone.
 
-    A stop ends and refuses everything; motors that are off end and refuse only what drives.
+    A stop ends and refuses everything; motors that are off end and refuse only what drives. What
+    drives is also refused while one of the `looks` returns a reason.
     """
 
-    def __init__(self, pilot: Pilot) -> None:
+    def __init__(self, pilot: Pilot, looks: Sequence[Callable[[], str | None]] = ()) -> None:
         self._pilot = pilot
+        self._looks = looks
         self._stopped = False
         self._motors_on = True
 
@@ -275,6 +274,9 @@ class Interlock:
 
     def refusal(self, *, needs_base: bool, part: str = "") -> str | None:
         """Return why a goal is not accepted now, or None."""
+        why = next(filter(None, (look() for look in self._looks)), None) if needs_base else None
+        if why is not None:
+            return why
         if self._stopped:
             return f"{STOPPED}; call the service release to continue"
         if needs_base and not self._motors_on:

@@ -61,7 +61,7 @@ class Odometer:
             degrees = math.degrees(turned)
             return f"odometry jumped by {degrees:.0f} deg in {elapsed:.3f} s; was it reset?"
         self.distance += moved
-        if now.gives_way:
+        if now.held is not None and now.gives_way:
             ahead = math.cos(pose.yaw) * (pose.x - last.x) + math.sin(pose.yaw) * (pose.y - last.y)
             self.aside += moved
             self.aside_ahead += math.copysign(moved, ahead)

@@ -119,7 +119,8 @@ class ExploreForward:
             return fault
         self._look(now)
         remaining = self._gap() - self._stopping_distance
-        self._arrived = not now.gives_way and (self._arrived or remaining <= ARRIVED_WITHIN)
+        is_near = self._arrived or remaining <= ARRIVED_WITHIN
+        self._arrived = is_near and not now.gives_way
         if self._arrived:
             rest = self._drive.rest(now)
             if rest is not None:
@@ -165,20 +166,19 @@ class ExploreForward:
         speed = now.velocity.linear if now.velocity else 0.0
         self._distance_at_scan = self._drive.distance - speed * (now.odom_stamp_s - scan.stamp_s)
 
-    def _advance(self) -> float:
-        return self._drive.distance - self._distance_at_scan
-
     def _gap(self) -> float:
         if self._ahead is None:
             return math.inf
-        return max(0.0, self._ahead.gap - self._advance())
+        gap = self._ahead.gap - (self._drive.distance - self._distance_at_scan)
+        return max(0.0, gap)
 
     def _bearing_deg(self) -> float:
         """Return the bearing of the obstacle ahead, else of the nearest one beside, else 0."""
         seen = self._ahead or self._aside
         if seen is None:
             return 0.0
-        return math.degrees(math.atan2(seen.y, seen.x - self._advance()))
+        advance = self._drive.distance - self._distance_at_scan
+        return math.degrees(math.atan2(seen.y, seen.x - advance))
 
 
 EXPLORE_FORWARD = Action(

@@ -16,7 +16,7 @@ from action_servers.core.limits import (
     around,
     parameter,
 )
-from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason
+from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation
 from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import Drive
@@ -25,9 +25,6 @@ from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import number
 from bt_mission.base.stamps import NS, to_ns
 from bt_mission.robots.model import RobotModel
-
-ARRIVED_WITHIN = math.radians(0.3)
-"""Distance to the target at which the robot is commanded to stop."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,31 +53,6 @@ TURNING = TurnTuning()
 
 
 SPIN = Codes(unknown=700, timeout=701, tf_error=702, collision_ahead=703)
-
-
-class Rotation:
-    """Turns the base so that the odometer of `drive` reads a target."""
-
-    def __init__(self, drive: Drive, robot: RobotModel) -> None:
-        self._drive = drive
-        self._radius = robot.turning_radius
-
-    def towards(self, now: Observation, target: float, speed: float) -> Twist2D | Finished | None:
-        """Return the velocity towards `target` (radians) at up to `speed` (rad/s).
-
-        None when the target is reached; the end of the goal if an obstacle is in the way.
-        """
-        remaining = target - self._drive.yaw
-        if abs(remaining) <= ARRIVED_WITHIN:
-            return None
-        held = now.held
-        if held is not None and held.by is Reason.OBSTACLE and held.is_standing:
-            return held.ended(
-                f": an obstacle is within the circle of {self._radius:.3f} m that the robot "
-                f"sweeps; {math.degrees(abs(remaining)):.0f} deg remained"
-            )
-        rate = self._drive.rate_towards(now, abs(remaining), speed)
-        return Twist2D(0.0, math.copysign(rate, remaining))
 
 
 def turn_limits(robot: RobotModel, tuning: TurnTuning) -> Limits:
@@ -132,7 +104,6 @@ class Turn:
         self._angle = angle
         self._speed = speed
         self._drive = Drive(robot, tuning)
-        self._rotation = Rotation(self._drive, robot)
         self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False
         self._changed = ChangedFields()
@@ -154,7 +125,7 @@ class Turn:
             if abs(self._angle - self._drive.yaw) <= self._tolerance:
                 return SUCCEEDED
             self._resting = False  # it slid past the end: turn back
-        twist = self._rotation.towards(now, self._angle, self._speed)
+        twist = self._drive.turn_towards(now, self._angle, self._speed)
         if twist is not None:
             return twist
         self._resting = True

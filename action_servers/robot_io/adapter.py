@@ -27,7 +27,7 @@ from action_servers.core.maneuver import (
     Observation,
     Refusal,
 )
-from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
+from action_servers.core.pilot import Interlock, ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.robot_io.messages import fill, generated_type
 from action_servers.robot_io.sensors import SensorSubscriptions
 from bt_mission.base.action_requests import BoundedRequests
@@ -103,8 +103,8 @@ class ActionAdapter:
     """Offers one action on a node; a pilot runs its goals.
 
     The result's `error_code` and `error_msg` (or `error_string`) are filled from the end of the
-    maneuver. A goal whose maneuver raises is aborted with the cause. `refusal` returns why a
-    maneuver that moves a part, if any, must not begin now. `sensors` give the robot's state when a
+    maneuver. A goal whose maneuver raises is aborted with the cause. `interlock` may
+    refuse it. `sensors` give the robot's state when a
     goal arrives, and `context` what its plan asks for.
     """
 
@@ -115,7 +115,7 @@ class ActionAdapter:
         action: Action,
         context: ServerContext,
         sensors: SensorSubscriptions,
-        refusal: Callable[[Maneuver, str], str | None],
+        interlock: Interlock,
         burst: int = 1,
     ) -> None:
         self._clock = node.get_clock()
@@ -127,7 +127,8 @@ class ActionAdapter:
         self._needs_map = "map" in action.needs
         self.name = node.resolve_topic_name(action.name)
         self._sensors = sensors
-        self._refusal = refusal
+        self._interlock = interlock
+        self._part = action.part
         self._next: Maneuver | None = None
         self._running: dict[bytes, tuple[ManeuverRun, Future]] = {}
         self._before: list[Before] = []
@@ -182,27 +183,26 @@ class ActionAdapter:
             self.refused = too_many
             self._log.warning(f"goal rejected: {too_many}", throttle_duration_sec=QUIET_S)
             return GoalResponse.REJECT
+        why = self._closed
         try:
-            planned = Refusal(self._closed) if self._closed else self._planned_for(goal)
+            if why is None:
+                now = self._sensors.observe(on_map=self._needs_map)
+                planned = self._action.planned(goal, now, self._context)
+                if isinstance(planned, Refusal):
+                    why = planned.reason
+                else:
+                    self._next, drives = planned, planned.needs_base
+                    why = self._interlock.refusal(needs_base=drives, part=self._part)
         except Exception as error:  # noqa: BLE001 - no goal, whatever it holds, may end the server
             self._log.error("".join(traceback.format_exception(error)))
-            planned = Refusal(f"{type(error).__name__}: {error}")
-        if isinstance(planned, Refusal):
-            self.refused = planned.reason
-            if self._lines.admits(now_ns):
-                self._log.warning(f"goal rejected: {planned.reason}")
-            return GoalResponse.REJECT
-        self._next = planned
-        self._rate.count(now_ns)
-        return GoalResponse.ACCEPT
-
-    def _planned_for(self, goal: Any) -> Maneuver | Refusal:
-        now = self._sensors.observe(on_map=self._needs_map)
-        planned = self._action.planned(goal, now, self._context)
-        if isinstance(planned, Refusal):
-            return planned
-        reason = self._refusal(planned, self._action.part)
-        return planned if reason is None else Refusal(reason)
+            why = f"{type(error).__name__}: {error}"
+        if why is None:
+            self._rate.count(now_ns)
+            return GoalResponse.ACCEPT
+        self.refused = why
+        if self._lines.admits(now_ns):
+            self._log.warning(f"goal rejected: {why}")
+        return GoalResponse.REJECT
 
     def _begin(self, handle: ServerGoalHandle) -> None:
         maneuver, self._next = self._next, None
@@ -214,12 +214,17 @@ class ActionAdapter:
             meanwhile.close()
             ended.set_result(outcome)
 
-        feedback_message = self._type.Impl.FeedbackMessage(goal_id=handle.goal_id)
+        message = self._type.Impl.FeedbackMessage(goal_id=handle.goal_id)
+        names: set[str] = set()
 
         def on_feedback(fields: Fields) -> None:
-            feedback_message.feedback = self._filled(self._type.Feedback(), fields)
+            nonlocal names
+            if fields.keys() != names:  # a message of other fields would keep their values
+                names = {*fields}
+                message.feedback = self._type.Feedback()
+            fill(message.feedback, fields, self._now)
             try:
-                self._server.publish_feedback(feedback_message)
+                self._server.publish_feedback(message)
             except InvalidHandle:
                 return  # the server is destroyed
 
@@ -230,7 +235,7 @@ class ActionAdapter:
             on_feedback,
             on_end,
             self._log.warning,
-            self._action.part,
+            self._part,
             title,
         )
         self._running[_key(handle)] = (run, ended)
@@ -273,7 +278,7 @@ class ActionAdapter:
     def _result(self, outcome: ManeuverOutcome) -> tuple[Any, ManeuverOutcome]:
         result = self._type.Result()
         try:
-            self._filled(result, outcome.result or {})
+            fill(result, outcome.result or {}, self._now)
         except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
             result = self._type.Result()
             outcome = raised(error)
@@ -286,8 +291,8 @@ class ActionAdapter:
             setattr(result, name, codes[name])
         return result, outcome
 
-    def _filled(self, message: Any, fields: Fields) -> Any:
-        return fill(message, fields, lambda: self._clock.now().to_msg())
+    def _now(self) -> Any:
+        return self._clock.now().to_msg()
 
     def _report(self, outcome: ManeuverOutcome) -> None:
         if outcome.cause is not None:

@@ -49,14 +49,9 @@ class OdometryMessage:
     velocity: Twist2D
 
 
-def seconds(nanoseconds: int) -> float:
-    """Return a time in seconds; equal times give equal floats, whatever their message."""
-    return nanoseconds / 1e9
-
-
 def stamp_of(header: Any) -> float:
     """Return the stamp of a `std_msgs/Header` in seconds."""
-    return seconds(to_ns(header.stamp))
+    return to_ns(header.stamp) / NS
 
 
 def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
@@ -75,7 +70,7 @@ def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
     # NaN first: of it and a number, min and max return the first.
     nearest = max(message.range_min, lidar.min_range) if lidar else message.range_min
     farthest = min(message.range_max, lidar.max_range) if lidar else message.range_max
-    if not (ranges > 0.0).any() or not nearest < farthest:
+    if not np.logical_or.reduce(ranges > 0.0) or not nearest < farthest:
         return None
     return Scan(
         stamp_s=stamp_of(message.header),
@@ -119,7 +114,7 @@ def odometry_of(picked: Picked) -> OdometryMessage | None:
     velocity = Twist2D(linear, angular, lateral)
     if pose is None or not velocity.is_finite:
         return None
-    stamp_s = seconds(sec * NS + nanosec)
+    stamp_s = (sec * NS + nanosec) / NS
     return OdometryMessage(stamp_s, picked.texts["header.frame_id"], pose, velocity)
 
 
@@ -152,10 +147,8 @@ def planar_pose(x: float, y: float, qx: float, qy: float, qz: float, qw: float) 
     """Return the pose on the floor of a place (m) and a quaternion; None if one is invalid."""
     yaw = yaw_about_z(qx, qy, qz, qw)
     # NaN compares false. Of infinite numbers, yaw may be finite.
-    is_usable = (
-        abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M and math.isfinite(yaw + qx + qy + qz + qw)
-    )
-    return Pose2D(x, y, yaw) if is_usable else None
+    is_near = -FARTHEST_M <= x <= FARTHEST_M and -FARTHEST_M <= y <= FARTHEST_M
+    return Pose2D(x, y, yaw) if is_near and math.isfinite(yaw + qx + qy + qz + qw) else None
 
 
 MOST_JOINTS = 200
@@ -259,7 +252,12 @@ def fill(message: Any, fields: Fields, now: Callable[[], Any]) -> Any:
             raise AttributeError(
                 f"{type(message).__name__} has no field '{name}', only {', '.join(types)}"
             )
-        setattr(message, name, _filled(types[name], value, now))
+        type_name = types[name]
+        setattr(
+            message,
+            name,
+            float(value) if type_name in _NUMBERS else _filled(type_name, value, now),  # type: ignore[arg-type]
+        )
     return message
 
 

@@ -36,13 +36,12 @@ from action_servers.robot_io.messages import (
     odometry_of,
     odometry_picker,
     scan_of,
-    seconds,
     speed_limit_of,
 )
 from bt_mission.base.geometry import Pose2D, composed
 from bt_mission.base.parameters import text
 from bt_mission.base.ros_log import log_of
-from bt_mission.base.stamps import clock_ns
+from bt_mission.base.stamps import NS, clock_ns
 from bt_mission.cdr.decoder import decoder_of
 from bt_mission.robots.model import RobotModel
 
@@ -135,6 +134,8 @@ class CameraStream:
         self._node = node
         self._latest = Latest(partial(deserialize_message, message_type=ImageMessage), image_of)
         self._subscription: Subscription | None = None
+        self.is_on = False
+        """Whether a maneuver needs images."""
         self._users: set[CameraUser] = set()
 
     @property
@@ -149,6 +150,7 @@ class CameraStream:
     def turn_on(self, user: CameraUser) -> None:
         """Listen to the camera, if not yet."""
         self._users.add(user)
+        self.is_on = True
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
                 ImageMessage, self.topic, self._latest.take, NEWEST, raw=True
@@ -160,6 +162,7 @@ class CameraStream:
         if self._subscription is not None and not self._users:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
+            self.is_on = False
             self._latest.clear()
 
     def value(self) -> Image | None:
@@ -298,7 +301,7 @@ class SensorSubscriptions:
 
     def _take_hazard(self, hazard: HazardTopic, data: bytes) -> None:
         hazard.latest.take(data)
-        hazard.arrived_s = seconds(clock_ns(self._clock))
+        hazard.arrived_s = clock_ns(self._clock) / NS
 
     def _listen(
         self,
@@ -334,14 +337,14 @@ class SensorSubscriptions:
         odometry = self._odometry.value()
         on_map = on_map or self._map_users > 0
         return Observation(
-            time_s=seconds(clock_ns(self._clock)),
+            time_s=clock_ns(self._clock) / NS,
             odom=odometry.pose if odometry else None,
             odom_stamp_s=odometry.stamp_s if odometry else 0.0,
             velocity=odometry.velocity if odometry else None,
             scan=self._scan.value() if self._merger is None else self._merged_scan(),
             map_pose=self._pose_on_map() if on_map else None,
             grid=self._grid.value() if on_map else None,
-            image=self.camera.value(),
+            image=self.camera.value() if self.camera.is_on else None,
             frame_on_map=self._frames.on_map if on_map else None,
             hazards=self._present_hazards() if self._hazards else (),
             guards=self._guards() if self._hazards else (),

@@ -22,7 +22,7 @@ from action_servers.core.action import (
 from action_servers.core.checks import missing
 from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.governor import Governor
-from action_servers.core.maneuver import Fields, Maneuver
+from action_servers.core.maneuver import Fields
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import TUNING
 from action_servers.robot_io.adapter import ActionAdapter, Before
@@ -118,8 +118,11 @@ class ServersNode(RobotNode):
             replaces=self.declare("on_new_goal", ON_NEW_GOAL) == "replace",
             side_goals=tuning.side_goals,
         )
-        self._interlock = Interlock(self._pilot)
         self._publisher_watch = self._watch_publishers(sensors.odom, options)
+        looks = [self._base.watch]
+        if self._publisher_watch is not None:
+            looks.append(self._publisher_watch.look)
+        self._interlock = Interlock(self._pilot, looks)
         self._switches = Switches(self, self._interlock)
         self._tunings: dict[type, Any] = {}
         self._is_lean = options.lean
@@ -293,7 +296,7 @@ class ServersNode(RobotNode):
             offered,
             self._context_of_plans,
             self._sensors,
-            self._refusal,
+            self._interlock,
             self._burst,
         )
 
@@ -302,13 +305,6 @@ class ServersNode(RobotNode):
         if options.lean or options.allow_duplicates:
             return None
         return PublisherWatch(self, odometry, self._lose_base)
-
-    def _refusal(self, maneuver: Maneuver, part: str) -> str | None:
-        reason = self._base.watch() if maneuver.needs_base else None
-        reason = reason or self._interlock.refusal(needs_base=maneuver.needs_base, part=part)
-        if reason is None and maneuver.needs_base and self._publisher_watch is not None:
-            reason = self._publisher_watch.look()
-        return reason
 
 
 def main(

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -126,11 +127,30 @@ class Movers:
             qvel[v], qvel[v + 1] = vx, vy
 
 
+class Controlled(Protocol):
+    """The controller of a base: the time of its next command to the wheels."""
+
+    due_ns: float
+
+
+@dataclass(frozen=True, slots=True)
+class StepHooks:
+    """What is called at a step of the physics: before it, with its beginning in ns, and after it.
+
+    Before it only while something is `acting`, or from the time on at which the controller is due.
+    """
+
+    before: Callable[[int], None]
+    after: Callable[[], None]
+    controller: Controlled
+    acting: Sequence[Any]
+
+
 class Moved(Protocol):
     """A robot that the physics moves, and calls at every step."""
 
-    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
-        """Return the functions to call before (with its beginning, ns) and after each step.
+    def step_hooks(self) -> StepHooks:
+        """Return the functions to call at each step.
 
         Called after every restart, and when the robot was put elsewhere.
         """
@@ -188,12 +208,12 @@ class Physics:
         """Whether another simulator moves the robot."""
         self.simulator: FollowedSimulator | None = None
         """Moves the robot in place of MuJoCo, from `begin` on."""
-        self._hooks: list[tuple[Callable[[int], None], Callable[[], None]]] = []
+        self._hooks: list[StepHooks] = []
         self._movers = Movers(self.model, world) if world.moving else None
         self.grip = Grip(self.model, world)
         self.props = Props(self, bodies)
         """Obstacles that appear, move and vanish."""
-        self._place()
+        self._place(self.time_ns)
         mujoco.mj_forward(self.model, self.data)
         self._at_start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
 
@@ -203,7 +223,7 @@ class Physics:
         data.qvel[:] = 0.0
         mujoco.mj_step(model, data, nstep=_SETTLING_STEPS)
         data.qvel[:] = 0.0
-        self._place()
+        self._place(self.time_ns)
         mujoco.mj_getState(model, data, self._at_start, _STATE)
         self._robots = tuple(robots)
         if self._make_simulator is not None:
@@ -277,28 +297,27 @@ class Physics:
             )
         model, data = self.model, self.data
         step = mujoco.mj_step if self.simulator is None else self.simulator.step
-        movers, grip = self._movers, self.grip if self.world.slippery else None
-        props = self.props if self.props.placed else None
+        grip = self.grip if self.world.slippery else None
+        moves = self._movers is not None or bool(self.props.placed)
         robots, on_floor = self._hooks, self._on_floor
         began = data.time
         for now in range(self.time_ns, time_ns, STEP_NS):
-            if movers is not None:
-                movers.place(data, now - self._epoch_ns)
-            if props is not None:
-                props.move(data, now)
+            if moves:
+                self._place(now)
             if grip is not None:
                 grip.apply(data)
-            for before, _ in robots:
-                before(now)
+            for hooks in robots:
+                if hooks.acting or now >= hooks.controller.due_ns:
+                    hooks.before(now)
             step(model, data)
-            for _, after in robots:
-                after()
+            for hooks in robots:
+                hooks.after()
             if data.ncon > on_floor[0]:  # what is not the floor's is of a robot
                 self._look_for_collisions(now)
         self.time_ns = time_ns
         if steps:
             self._check_stable(data.time - began, steps)
-            self._place()
+            self._place(time_ns)
             # What was computed within a step is that of its beginning.
             mujoco.mj_kinematics(model, data)
 
@@ -321,8 +340,8 @@ class Physics:
             self.time_ns, data.qpos.tobytes(), data.qvel.tobytes(), self.props.shown
         )
 
-    def _place(self) -> None:
+    def _place(self, time_ns: int) -> None:
         if self._movers is not None:
-            self._movers.place(self.data, self.time_ns - self._epoch_ns)
+            self._movers.place(self.data, time_ns - self._epoch_ns)
         if self.props.placed:
-            self.props.move(self.data, self.time_ns)
+            self.props.move(self.data, time_ns)

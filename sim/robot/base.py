@@ -34,6 +34,9 @@ Twist: TypeAlias = tuple[float, float, float]
 class DifferentialBase:
     """Two wheels in the physics, turned by velocity servos."""
 
+    is_continuous = False
+    """Whether it acts at every step of the physics, not only when a command is due."""
+
     def __init__(self, physics: Physics, robot: RobotModel, seed: int, prefix: str) -> None:
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
@@ -115,6 +118,8 @@ class DifferentialBase:
 
 class PlanarBase:
     """Three servos of limited force, for velocity ahead, to the left, and of turning."""
+
+    is_continuous = True
 
     def __init__(self, physics: Physics, robot: RobotModel, seed: int, prefix: str) -> None:
         model, data = physics.model, physics.data

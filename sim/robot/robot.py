@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
@@ -16,7 +16,7 @@ from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
 from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
 from sim.physics.names import BASE
-from sim.physics.physics import Physics
+from sim.physics.physics import Physics, StepHooks
 from sim.physics.pushes import Frame, Pushes
 from sim.physics.spawn import RobotSpawn
 from sim.robot import fit
@@ -44,6 +44,8 @@ _STRIDE = 0.005
 """Metres. The path is measured in chords of this length, so that trembling against a wall does not
 count: 5 mm on an arc of 0.1 m are 0.01 % too short.
 """
+
+_ALWAYS = (True,)
 
 
 class SimulatedRobot:
@@ -203,8 +205,8 @@ class SimulatedRobot:
             self._switch_motors(on=on)
         return True
 
-    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
-        """Return the functions to call before and after a step of the physics."""
+    def step_hooks(self) -> StepHooks:
+        """Return the functions to call at a step of the physics."""
         qpos = self._qpos
         x, y = self._milestone
         pushes = self._pushes
@@ -221,7 +223,9 @@ class SimulatedRobot:
                 self._way += math.hypot(dx, dy)
                 x, y = self._milestone = x + dx, y + dy
 
-        return before, after
+        is_continuous = self._base.is_continuous or self.servos is not None
+        acting = _ALWAYS if is_continuous else pushes.acting
+        return StepHooks(before, after, self._base.controller, acting)
 
     def _before(self, base: Before) -> Before:
         """Return what is called before each step: servos of joints, if any, and the base."""

@@ -158,8 +158,9 @@ class RobotPublishers:
         except ValueError as error:
             log_of(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
             return
-        limit_s = self._robot.command_timeout_s
-        if age_s >= limit_s and (linear or angular or lateral):
+        is_old = age_s > 0.0 and age_s >= self._robot.command_timeout_s
+        if is_old and (linear or angular or lateral):
+            limit_s = self._robot.command_timeout_s
             why = f"{age_s:.2f} s old, more than the command timeout of {limit_s:g} s"
             log_of(self._node).warning(f"cmd_vel ignored: {why}", throttle_duration_sec=5.0)
 
@@ -286,15 +287,13 @@ class RobotPublishers:
         publisher = self._publisher(Bool, "motors_on", LATCHED)
         published: list[bool] = []
 
-        def publish_changed() -> None:
+        def publish_changed(_: int = 0) -> None:
             if published != [self._robot.motors_on]:
                 published[:] = [self._robot.motors_on]
                 publisher.publish(Bool(data=published[0]))
 
         self._publish_motors = publish_changed
         # Published with the odometry, since an empty battery switches them off, too.
-        self._schedule.every(
-            self._robot.robot.odometry_rate, "odometry_rate", lambda _: publish_changed()
-        )
+        self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish_changed)
         name = self._name("motor_power")
         self._node.create_service(SetBool, name, self._on_motor_power, qos_profile=REQUESTS)

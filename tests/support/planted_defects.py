@@ -14,7 +14,7 @@ from action_servers.driving import explore_forward, straight, turn
 from action_servers.driving.drive import Drive
 from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.straight import Straight
-from action_servers.driving.turn import Rotation, Turn
+from action_servers.driving.turn import Turn
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.waypoints import FollowWaypoints
@@ -203,7 +203,7 @@ ROWS: dict[str, tuple[tuple[str, str, Plant], ...]] = {
         (
             "sweeps too fast",
             "turns slowly enough for sharp pictures",
-            twisted(Rotation, lambda twist: Twist2D(0.0, 4.0 * twist.angular), "towards"),
+            twisted(Drive, lambda twist: Twist2D(0.0, 4.0 * twist.angular), "turn_towards"),
         ),
     ),
     "patrol": (

@@ -40,9 +40,8 @@ class TapContext(Protocol):
         """Return the action of a client or server, then others that rclpy confuses with it."""
 
 
-def take_timer(timer: Timer) -> bool:
-    """Return whether a timer is due, and set it for its next time."""
-    handle = timer.handle
+def take_timer(handle: Any) -> bool:
+    """Return whether the timer of a handle is due, and set it for its next time."""
     try:
         with handle:
             if not handle.is_timer_ready():  # a canceled timer is not due, either

@@ -74,12 +74,13 @@ class Entities:
             for e in node.waitables
             if with_events or not isinstance(e, EventHandler)
         ]
-        self._arrivals = arrivals
+        self.arrivals = arrivals
         messages = (*self.subscriptions, *self.services, *self.clients)
         in_order = (*messages, *self.guards, *self.waitables)
         self.asked = arrivals.watch(in_order)
         """The entities that the middleware does not report: they are asked at each look."""
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
+        self.timer_handles = [timer.handle for timer in self.timers]
         self._nodes = tuple(nodes)
         self._context = context
         self._owners = {
@@ -162,9 +163,7 @@ class Entities:
             owed: What was ready earlier, was not served, and is not reported again.
             any_held: Whether a callback that awaits something may hold a callback group.
         """
-        waiting = self._arrivals.waiting()
-        if not self.asked:
-            return waiting
+        waiting = self.arrivals.waiting()
         ready = [
             *waiting,
             *self._with_work(self._askable(owed) if any_held or owed else self.asked),
@@ -227,12 +226,14 @@ class Entities:
             can_fire: Returns whether a timer waits for nothing; None if none does.
             stopped: Nodes whose clocks stand still.
         """
+        if not stopped and can_fire is None:
+            return ns_until_due(self.timer_handles)
         timers = self.timers
         if stopped:
             timers = [timer for timer in timers if self.node_of(timer) not in stopped]
         if can_fire is not None:
             timers = [timer for timer in timers if can_fire(timer)]
-        return ns_until_due(timers)
+        return ns_until_due(timer.handle for timer in timers)
 
 
 def _has_work(waitable: Waitable, wait_set: Any) -> bool:
@@ -251,11 +252,10 @@ def _type_name(action_type: Any) -> str:
     return "/".join([*action_type.__module__.split(".")[:2], action_type.__name__])
 
 
-def ns_until_due(timers: Iterable[Timer]) -> int | None:
-    """Return the nanoseconds until the first of these timers is due by its clock, or None."""
+def ns_until_due(handles: Iterable[Any]) -> int | None:
+    """Return the nanoseconds until the first of some timers is due by its clock, or None."""
     nearest: int | None = None
-    for timer in timers:
-        handle = timer.handle
+    for handle in handles:
         try:
             with handle:
                 wait_ns = handle.time_until_next_call()  # None if it is canceled

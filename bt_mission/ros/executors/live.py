@@ -129,7 +129,7 @@ class LiveExecutor(ServingExecutor):
     def _serve_timers(self) -> bool:
         has_fired = False
         for timer in filter(self._can_be_served, self._entities.timers):
-            if take_timer(timer):
+            if take_timer(timer.handle):
                 has_fired = True
                 self._served += 1
                 if (rest := call_timer(timer)) is not None:
@@ -169,7 +169,8 @@ class LiveExecutor(ServingExecutor):
         waits = [] if most_s is None else [most_s]
         if self._entities.asked or self._begun.await_the_unknown:
             waits.append(ASK_S)
-        wait_ns = ns_until_due(filter(self._can_be_served, self._wall_timers))
+        timers = filter(self._can_be_served, self._wall_timers)
+        wait_ns = ns_until_due(timer.handle for timer in timers)
         if wait_ns is not None:
             waits.append(max(wait_ns, 0) / NS)
         for server in filter(self._can_be_served, self._servers):

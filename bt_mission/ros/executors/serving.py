@@ -186,10 +186,15 @@ class ServingExecutor(Executor):
         if self._is_over:
             return ()
         holding, host = self._begun.holding, self.host
-        ready = self._entities.ready(self._owed, any_held=host is not None or holding != [])
+        entities = self._entities
+        ready = (
+            entities.ready(self._owed, any_held=host is not None or holding != [])
+            if entities.asked
+            else entities.arrivals.waiting()
+        )
         # An entity that reports only once that it is ready is owed a call until it is served, or
         # gone.
-        asked = self._entities.asked
+        asked = entities.asked
         self._owed = (
             [arrived for arrived in ready if is_reported_once(arrived.entity)] if asked else []
         )

@@ -327,14 +327,14 @@ class VirtualTimeExecutor(Spinning):
     def _fire_timers(self) -> None:
         """Call the timers that are due, and become quiet again after each."""
         entities = self._entities
-        for timer in tuple(entities.timers):
+        for timer, handle in zip(tuple(entities.timers), entities.timer_handles, strict=True):
             if self._entities is not entities and self._entities.node_of(timer) is None:
                 continue  # destroyed since the instant began, or its node was removed
             if (self._begun.holding or self.host) and not self._can_be_served(timer):
                 continue
             self._is_serving = True
             try:
-                was_due = take_timer(timer)
+                was_due = take_timer(handle)
                 if was_due:
                     self._served += 1
                     if self.host is None:

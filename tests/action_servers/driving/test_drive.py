@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from action_servers.core.drive_limits import speed_to_stop_in
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import ZERO, Finished, Held, Observation, Reason
 from action_servers.driving.drive import Drive
@@ -67,7 +68,9 @@ def test_each_rest_has_its_own_second(waffle):
 def test_the_delay_of_a_command_counts_the_age_of_odometry(waffle):
     """One control step, and what has passed since the odometry."""
     now = Observation(5.0, odom_stamp_s=4.98)
-    assert Drive(waffle).delay_s(now) == pytest.approx(0.07)
+    deceleration = 0.5 * waffle.max_linear_acceleration
+    expected = speed_to_stop_in(0.05, deceleration=deceleration, delay_s=0.07)
+    assert Drive(waffle).speed_ahead(now, 0.05, 1.0) == pytest.approx(expected)
 
 
 def reported(base, maneuver, seconds, command=None):

@@ -27,11 +27,11 @@ from action_servers.robot_io.messages import (
     odometry_of,
     odometry_picker,
     scan_of,
-    seconds,
     speed_limit_of,
     stamp_of,
 )
 from bt_mission.base.geometry import Twist2D
+from bt_mission.base.stamps import NS
 from bt_mission.robots.model import load_robot
 
 NOW = Time(sec=12, nanosec=350_000_000)
@@ -47,7 +47,7 @@ def test_equal_times_are_equal_floats():
     message = Odometry()
     for nanosec in range(0, 1_000_000_000, 50_000_000):
         message.header.stamp = Time(sec=1_732_112_345, nanosec=nanosec)
-        assert stamp_of(message.header) == seconds(1_732_112_345 * 1_000_000_000 + nanosec)
+        assert stamp_of(message.header) == (1_732_112_345 * NS + nanosec) / NS
 
 
 def test_scan():
