@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeAlias
 
 from action_servers.core.checks import overdue, silent_guard
 from action_servers.core.drive_limits import Ramp, limits
@@ -16,7 +18,7 @@ from action_servers.navigation.arc_follower import ArcFollower
 from action_servers.navigation.arcs import MARGINS_M, ArcSearch
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
-from action_servers.navigation.planner import NoPath, at, plan, road_map
+from action_servers.navigation.planner import NoPath, Point, at, plan, road_map
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.base.geometry import Pose2D, Twist2D, distance
 from bt_mission.robots.model import RobotModel
@@ -27,6 +29,51 @@ _OFF_PATH_M = 0.3
 
 _PLACES_A_STEP = 200
 """Of a search for arcs in one control step: about 15 ms, while the car stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """It has no path: it has not planned yet, or has left its path."""
+
+    follower: None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Searching:
+    """A car stands and looks for arcs to the goal; without any, it follows its path in strokes."""
+
+    follower: Follower
+    search: ArcSearch
+    others: tuple[Callable[[], ArcSearch], ...]
+    """The searches to make after this one, each with a smaller margin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Escaping:
+    """It drives out of where it is too close to turn freely, and then plans again."""
+
+    follower: Follower
+    escape: Escape
+
+
+@dataclass(frozen=True, slots=True)
+class Following:
+    """It follows a path."""
+
+    follower: Follower | ArcFollower
+
+
+State: TypeAlias = Standing | Searching | Escaping | Following
+
+
+@dataclass(frozen=True, slots=True)
+class Retry:
+    """It plans again at a time, s: its path is blocked, or it found none."""
+
+    at_s: float
+    no_path: NoPath | None = None
+    since_s: float = 0.0
+    """The time since which there is no path, s."""
 
 
 class NavigateToPose:
@@ -55,35 +102,23 @@ class NavigateToPose:
         self._tuning = self.surroundings.tuning
         self._body = footprint(robot)
         self._limits = limits(robot)
+        self._sharpest = robot.drive.max_curvature if may_stop else math.inf
         self._ramp = Ramp(self._limits, twist)
         self._progress = ProgressChecker()
-        self._follower: Follower | ArcFollower | None = None
-        self._sharpest = robot.drive.max_curvature if may_stop else math.inf
-        self._search: ArcSearch | None = None
-        self._next_searches: list[Callable[[], ArcSearch]] = []
-        self._escape: Escape | None = None
-        self._plan_at_s: float | None = None
-        self._no_path: NoPath | None = None
-        self._no_path_s = 0.0
+        self._state: State = Standing()
+        self._retry: Retry | None = None
         self._recovered = False
-        self._recoveries = 0
-        self._start_s: float | None = None
-        self._is_stopped = False
-        self._time_s = 0.0
-        self._speed_limit = math.inf
-        self._pose: Pose2D | None = None
-
-    @property
-    def recoveries(self) -> int:
+        self.recoveries = 0
         """The number of recoveries and plans around obstacles."""
-        return self._recoveries
+        self._start_s: float | None = None
+        self._now = Observation(0.0)
+        self._pose: Pose2D | None = None
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
         if self._start_s is None:
             self._start_s = now.time_s
-        self._time_s = now.time_s
-        self._speed_limit = now.speed_limit
+        self._now = now
         self.surroundings.observe(now)
         lost = self._lost(now, self._tuning.give_up_after)
         if lost is not None:
@@ -93,24 +128,24 @@ class NavigateToPose:
             return self._ramp.stop()
         if now.held is not None:
             self._ramp.twist = now.held.twist
-        self._is_stopped = now.held_by is Reason.OBSTACLE and self._ramp.twist == ZERO
+        is_stopped = now.held_by is Reason.OBSTACLE and self._ramp.twist == ZERO
         self._pose = now.map_pose
         ended = self._mind_the_time(now.map_pose) or self._find_path(now.map_pose)
-        return ended or self._drive(now.map_pose)
+        return ended or self._drive(now.map_pose, is_stopped=is_stopped)
 
     def feedback(self) -> Fields | None:
         """Return the fields of Nav2's feedback: metres, seconds, poses in the map frame."""
         if self._pose is None:
             return None
-        left = 0.0 if self._follower is None else self._follower.remaining
-        seconds = 0.0
-        if self._follower is not None:
-            seconds = self._follower.seconds_left(self._pose, self._speed_limit)
+        follower, now, left, seconds = self._state.follower, self._now, 0.0, 0.0
+        if follower is not None:
+            left = follower.remaining
+            seconds = follower.seconds_left(self._pose, now.speed_limit)
         return {
             "current_pose": self._pose,
-            "navigation_time": self._time_s - (self._start_s or 0.0),
+            "navigation_time": now.time_s - (self._start_s or 0.0),
             "estimated_time_remaining": seconds,
-            "number_of_recoveries": self._recoveries,
+            "number_of_recoveries": self.recoveries,
             "distance_remaining": left,
         }
 
@@ -123,7 +158,7 @@ class NavigateToPose:
         began_s, seen_s = self._start_s, self.surroundings.seen_s
         pose = overdue("pose on the map", now.odom_stamp_s, now.time_s, limit_s)
         if pose is not None:
-            driving = self._follower is not None
+            driving = self._state.follower is not None
             code = ErrorCode.TF_ERROR_WHILE_PLANNING
             return Finished("aborted", ErrorCode.TF_ERROR_WHILE_DRIVING if driving else code, pose)
         scan = overdue("scan", began_s if seen_s is None else seen_s, now.time_s, limit_s)
@@ -132,127 +167,142 @@ class NavigateToPose:
 
     def _mind_the_time(self, pose: Pose2D) -> Finished | None:
         """Recover once and then give up when the robot gets nowhere."""
-        if self._search is not None:
+        retry, time_s = self._retry, self._now.time_s
+        if isinstance(self._state, Searching):
             self._progress.restart()
-        if self._no_path is None:
-            idle_s = self._progress.standing_s(pose, self._time_s)
+        if retry is None or retry.no_path is None:
+            idle_s = self._progress.standing_s(pose, time_s)
         else:
             self._progress.restart()
-            idle_s = self._time_s - self._no_path_s
+            idle_s = time_s - retry.since_s
         if idle_s >= self._tuning.patience:
             return self._given_up(pose, idle_s)
         if idle_s < self._step_s:
             self._recovered = False
         elif idle_s >= self._tuning.recover_after and not self._recovered:
             self._recovered = True
-            self._recoveries += 1
+            self.recoveries += 1
             self.surroundings.forget()
-            self._follower = self._escape = self._search = None
+            self._state = Standing()
             # The next scans show again what is there.
-            self._plan_at_s = self._time_s + self._tuning.wait
+            self._retry = replace(retry or Retry(0.0), at_s=time_s + self._tuning.wait)
         return None
 
     def _given_up(self, pose: Pose2D, idle_s: float) -> Finished:
-        if self._no_path is not None:
-            reason = f"{self._no_path.reason}; none has opened for {idle_s:.1f} s"
-            return Finished("aborted", self._no_path.code, reason)
+        no_path = None if self._retry is None else self._retry.no_path
+        if no_path is not None:
+            reason = f"{no_path.reason}; none has opened for {idle_s:.1f} s"
+            return Finished("aborted", no_path.code, reason)
         reason = f"the robot has not got away from {at((pose.x, pose.y))} for {idle_s:.1f} s"
         return Finished("aborted", ErrorCode.FAILED_TO_MAKE_PROGRESS, reason)
 
     def _find_path(self, pose: Pose2D) -> Finished | None:
         """Plan if there is no path, it was left, or it has been blocked for long."""
-        if self._search is not None:
-            self._search_on(self._search)
+        if isinstance(self._state, Searching):
+            self._search_on(self._state)
             return None
-        if self._follower is not None and self._follower.off_path > _OFF_PATH_M:
-            self._follower = None
-        if self._plan_at_s is None:
-            if self._follower is not None:
+        follower = self._state.follower
+        if follower is not None and follower.off_path > _OFF_PATH_M:
+            self._state = Standing()
+        if self._retry is None:
+            if self._state.follower is not None:
                 return None
-        elif self._time_s < self._plan_at_s:
+        elif self._now.time_s < self._retry.at_s:
             return None
         return self._plan(pose)
 
     def _plan(self, pose: Pose2D) -> Finished | None:
         is_car = math.isfinite(self._sharpest)
         if is_car and self._ramp.twist != ZERO:
-            self._follower = None  # it plans while it stands
+            self._state = Standing()  # it plans while it stands
             return None
         start, goal = (pose.x, pose.y), (self._goal.x, self._goal.y)
         roads = self.surroundings.roads
         path = plan(roads, start, goal, self._tuning)
         if isinstance(path, NoPath):
-            if self._no_path is None:
-                known = road_map(self.surroundings.mapped, self.surroundings.cost)
-                hopeless = plan(known, start, goal, self._tuning)
-                if isinstance(hopeless, NoPath) and hopeless.code is not ErrorCode.START_OCCUPIED:
-                    return Finished("aborted", hopeless.code, hopeless.reason)
-                self._no_path_s = self._time_s
-            self._no_path = path
-            self._plan_at_s = self._time_s + self._tuning.wait
-            return None
-        if self._plan_at_s is not None and self._follower is not None:
-            self._recoveries += 1
-        self._no_path = self._plan_at_s = None
+            return self._without_path(path, start)
+        if self._retry is not None and self._state.follower is not None:
+            self.recoveries += 1
+        self._retry = None
         survey, cost = self.surroundings.survey, self.surroundings.cost
         self.surroundings.show(path.points)
-        self._follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
+        follower = Follower(path, self._goal.yaw, self._limits, cost, survey, self._tuning)
         if is_car:
             x, y = path.points[-1].tolist()
             ends = pose, Pose2D(x, y, self._goal.yaw)
-            self._next_searches = [
+            first, *others = (
                 partial(ArcSearch, roads, self._body, self._sharpest, ends, margin)
                 for margin in MARGINS_M
-            ]
-            self._search = self._next_searches.pop(0)()
+            )
+            self._state = Searching(follower, first(), tuple(others))
             return None
         if survey.clearance_of(*start) < cost.radius - 1.5 * cost.margin:
             way = way_out(pose, self.surroundings.near(pose), self._body, survey, cost.radius)
-            self._escape = None if way is None else Escape(way, self._limits)
+            escape = None if way is None else Escape(way, self._limits)
+        else:
+            escape = self._state.escape if isinstance(self._state, Escaping) else None
+        self._state = Following(follower) if escape is None else Escaping(follower, escape)
         return None
 
-    def _search_on(self, search: ArcSearch) -> None:
-        """Look for arcs to the goal; without any, the car follows its path in strokes."""
+    def _without_path(self, path: NoPath, start: Point) -> Finished | None:
+        """Plan again later, unless the map alone shows that there never is a path."""
+        since_s = self._now.time_s
+        if self._retry is not None and self._retry.no_path is not None:
+            since_s = self._retry.since_s
+        else:
+            known = road_map(self.surroundings.mapped, self.surroundings.cost)
+            hopeless = plan(known, start, (self._goal.x, self._goal.y), self._tuning)
+            if isinstance(hopeless, NoPath) and hopeless.code is not ErrorCode.START_OCCUPIED:
+                return Finished("aborted", hopeless.code, hopeless.reason)
+        self._retry = Retry(self._now.time_s + self._tuning.wait, path, since_s)
+        return None
+
+    def _search_on(self, state: Searching) -> None:
+        """Look for arcs to the goal."""
+        search = state.search
         search.advance(_PLACES_A_STEP)
         if not search.is_over:
             return
-        self._search = None
-        if search.way is None and self._next_searches:
-            self._search = self._next_searches.pop(0)()
-        elif search.way is not None:
+        if search.way is not None:
             survey = self.surroundings.survey
             self.surroundings.show(search.way.poses[:, :2])
-            self._follower = ArcFollower(
+            arcs = ArcFollower(
                 search.way, self._goal.yaw, self._limits, self._body, survey, self._tuning
             )
+            self._state = Following(arcs)
+        elif state.others:
+            self._state = Searching(state.follower, state.others[0](), state.others[1:])
+        else:
+            self._state = Following(state.follower)
 
-    def _drive(self, pose: Pose2D) -> Twist2D | Finished:
+    def _drive(self, pose: Pose2D, *, is_stopped: bool) -> Twist2D | Finished:
         wanted, blocked = self._wanted(pose)
         if wanted is None:
             return SUCCEEDED
-        if blocked or self._is_stopped:
-            if self._plan_at_s is None:
-                self._plan_at_s = self._time_s + self._tuning.wait
-        elif self._follower is not None:
-            self._plan_at_s = self._no_path = None
+        if blocked or is_stopped:
+            if self._retry is None:
+                self._retry = Retry(self._now.time_s + self._tuning.wait)
+        elif self._state.follower is not None:
+            self._retry = None
         return self._ramp.toward(wanted, self._step_s)
 
     def _wanted(self, pose: Pose2D) -> tuple[Twist2D | None, bool]:
         """Return the next twist, None at the goal, and whether the path is blocked."""
-        if self._escape is not None:
-            out = self._escape.steer(pose)
-            if out is not None:
-                return out, False
-            self._escape = self._follower = None
-        if self._follower is None or self._search is not None:
+        state = self._state
+        if isinstance(state, Escaping):
+            out = state.escape.steer(pose)
+            if out is None:
+                self._state = Standing()
+            return out or ZERO, False
+        if not isinstance(state, Following):
             return ZERO, False
-        survey = self.surroundings.survey
-        ahead = self._follower.blocked_in(survey)
-        limit = self._speed_limit
+        survey, follower = self.surroundings.survey, state.follower
+        ahead = follower.blocked_in(survey)
+        limit = self._now.speed_limit
         if ahead < math.inf:
             limit = min(limit, self._limits.approach(ahead - _STOP_BEFORE_M))
-        wanted = self._follower.steer(pose, survey, self._ramp.twist.linear, limit)
+        wanted = follower.steer(pose, survey, self._ramp.twist.linear, limit)
         if wanted is None and distance(pose, self._goal) > 2 * self._tuning.goal_distance:
-            self._follower = None
+            self._state = Standing()
             return ZERO, False
         return wanted, ahead < _LOOK_AHEAD_M
