@@ -29,7 +29,7 @@ def begun(bench, name):
 
 def maneuver(bench, name):
     """The class of the maneuver that carries out a goal of an action."""
-    (adapter,) = [offered for offered in bench.servers._adapters if offered.action_name == name]
+    (adapter,) = [offered for offered in bench.servers._adapters if offered.name == f"/{name}"]
     ((run, _),) = adapter._running.values()
     return type(run.maneuver)
 
