@@ -1,7 +1,7 @@
 """What every action server keeps to: each statement is run against every server.
 
 A test that takes `name` is run once for each action, `driving` once for each that drives, `beside`
-once for each that does not. Without `--thorough` it is a third of them, another one for each test.
+once for each that does not. Without `--thorough` it is a fifth of them, others for each test.
 """
 
 from __future__ import annotations
@@ -83,4 +83,4 @@ def pytest_generate_tests(metafunc):
     first = zlib.crc32(metafunc.function.__name__.encode())
     for argument, actions in ARGUMENTS.items():
         if argument in metafunc.fixturenames and argument not in given:
-            metafunc.parametrize(argument, sample(actions, every=3, first=first))
+            metafunc.parametrize(argument, sample(actions, every=5, first=first))
