@@ -74,8 +74,7 @@ class InterruptSignals:
         """The last one, for messages."""
         self.signal = ""
         """The last one by its name, such as SIGTERM."""
-        self.on_signal: Callable[[], object] | None = None
-        """Called at each that is noted."""
+        self._listener: Callable[[], object] | None = None
         self._most = most
         self._since_last: Stopwatch | None = None
         self._former: list[list[tuple[signal.Signals, Any]]] = []
@@ -92,8 +91,17 @@ class InterruptSignals:
         """Note a request to end, from any source."""
         self.count += 1
         self.name = name
-        if self.on_signal is not None:
-            self.on_signal()
+        if self._listener is not None:
+            self._listener()
+
+    @contextmanager
+    def calling(self, listener: Callable[[], object]) -> Iterator[None]:
+        """Call a function at each that is noted meanwhile."""
+        self._listener = listener
+        try:
+            yield
+        finally:
+            self._listener = None
 
     def _take(self, number: int, _: FrameType | None) -> None:
         name = signal.Signals(number).name

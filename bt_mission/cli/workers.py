@@ -127,10 +127,10 @@ def run_interruptible(main: Coroutine[Any, Any, None], interrupts: InterruptSign
 
     async def run() -> None:
         loop, task = asyncio.get_running_loop(), asyncio.ensure_future(main)
-        interrupts.on_signal = partial(loop.call_soon_threadsafe, task.cancel)
-        if interrupts.count:
-            task.cancel()
-        await task
+        with interrupts.calling(partial(loop.call_soon_threadsafe, task.cancel)):
+            if interrupts.count:
+                task.cancel()
+            await task
 
     try:
         asyncio.run(run())
@@ -138,8 +138,6 @@ def run_interruptible(main: Coroutine[Any, Any, None], interrupts: InterruptSign
         if not interrupts.count:
             raise
         return True
-    finally:
-        interrupts.on_signal = None
     return False
 
 
