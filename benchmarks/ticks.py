@@ -40,7 +40,7 @@ from rclpy.time import Time
 
 from bt_mission.base.dds.discovery import isolate
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
-from bt_mission.executive.goals.goal import Event, Goal
+from bt_mission.executive.goals.goal import Goal, GoalTrigger
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
@@ -138,7 +138,7 @@ class HeldGoalClient(RosGoalClient):
 
     def send(self, goal: Goal, request: Any) -> None:  # noqa: ARG002 - the client's form
         """Accept the goal."""
-        goal.on(Event.ACCEPTED)
+        goal.on(GoalTrigger.ACCEPTED)
 
     def ask_result(self, goal: Goal) -> None:
         """Do nothing: the goal does not end."""

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import settings
 from rclpy.logging import LoggingSeverity, set_logger_level
 
-from bt_mission.executive.goals.goal import Event, Goal
+from bt_mission.executive.goals.goal import Goal, GoalTrigger
 from bt_mission.testing.live_graph import own_domain
 from tests.support.play import Play
 
@@ -85,16 +85,16 @@ class ScriptedServer:
         return self.goals[-1]
 
     def accept(self) -> None:
-        self.goal.on(Event.ACCEPTED)
+        self.goal.on(GoalTrigger.ACCEPTED)
 
     def reject(self) -> None:
-        self.goal.on(Event.REJECTED)
+        self.goal.on(GoalTrigger.REJECTED)
 
     def feed(self, feedback: Any) -> None:
         self.goal.on_feedback(feedback)
 
     def refuse_cancel(self) -> None:
-        self.goal.on(Event.CANCEL_REFUSED)
+        self.goal.on(GoalTrigger.CANCEL_REFUSED)
 
     def succeed(self, result: Any = "result") -> None:
         self.goal.on_result(4, result)

@@ -353,6 +353,24 @@ def test_files_are_written_in_one_place():
     assert writers == set(WRITERS)
 
 
+MOST_SHARED_NAMES = 10
+"""Names of classes that `bt_mission`, `action_servers` and `sim` share; at most."""
+
+
+def test_the_name_of_a_class_has_one_meaning():
+    """Within `bt_mission` each; a few are in several packages, which do not import each other."""
+    places: dict[str, list[str]] = {}
+    for top in ("bt_mission", "action_servers", "sim"):
+        for path in sorted((ROOT / top).rglob("*.py")):
+            for node in ast.walk(parsed(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ClassDef):
+                    places.setdefault(node.name, []).append(path.relative_to(ROOT).as_posix())
+    shared = {name: paths for name, paths in places.items() if len(paths) > 1}
+    ours = {name: [path for path in paths if path[:3] == "bt_"] for name, paths in shared.items()}
+    assert {name: paths for name, paths in ours.items() if len(paths) > 1} == {}
+    assert len(shared) <= MOST_SHARED_NAMES, shared
+
+
 EMPTY_NAMES = frozenset({"found", "heard", "in_short", "news", "one", "said", "story", "told"})
 """Names that do not say what their value is, with or without underscores around them."""
 

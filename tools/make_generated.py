@@ -26,7 +26,7 @@ from action_servers.core.limits import NumberLimit  # noqa: E402
 from action_servers.robot_io.messages import generated_type  # noqa: E402
 from bt_mission.base.actions import declared  # noqa: E402
 from bt_mission.base.error_catalogue import CatalogueEntry, catalogue, shown  # noqa: E402
-from bt_mission.base.nature import QUANTITIES, Quantity  # noqa: E402
+from bt_mission.base.nature import QUANTITIES, NatureQuantity  # noqa: E402
 from bt_mission.language.action_names import ACTION_NAMES  # noqa: E402
 from bt_mission.robots.model import load_robot  # noqa: E402
 from bt_mission.scenarios.faults import FAULTS  # noqa: E402
@@ -114,7 +114,7 @@ ASSUMED = "(an assumption)"
 """Ends the source of a quantity without a measurement."""
 
 
-def _quantity(quantity: Quantity) -> str:
+def _quantity(quantity: NatureQuantity) -> str:
     values = " | ".join(f"{value:g}" for value in (quantity.mild, quantity.usual, quantity.harsh))
     cells = (f"`{quantity.name}`", quantity.unit, values, quantity.shape, quantity.text)
     return f"| {' | '.join(cells)} |"

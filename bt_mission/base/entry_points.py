@@ -16,5 +16,5 @@ def entry_points(group: str, name: str | None = None) -> Collection[EntryPoint]:
     """
     from importlib import metadata  # noqa: PLC0415 - no command needs it for a plain mission
 
-    there = metadata.entry_points(group=group)
-    return there if name is None else there.select(name=name)
+    in_group = metadata.entry_points(group=group)
+    return in_group if name is None else in_group.select(name=name)

@@ -27,7 +27,7 @@ _MOST_DEVIATION = 2.0
 
 
 @dataclass(frozen=True)
-class Quantity:
+class NatureQuantity:
     """A quantity that differs from run to run.
 
     Attributes:
@@ -77,8 +77,8 @@ _AMCL = "mean error of 6.7 cm (Schmitt and others, IPIN 2012)"
 _JUMPS = "a particle filter in symmetric surroundings (an assumption)"
 _WIRELESS = "a robot and its servers on one wireless network (an assumption)"
 
-QUANTITIES: tuple[Quantity, ...] = (
-    Quantity(
+QUANTITIES: tuple[NatureQuantity, ...] = (
+    NatureQuantity(
         "start_x",
         "m",
         "normal",
@@ -87,7 +87,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "offset of the start along the map's x",
         _PLACED,
     ),
-    Quantity(
+    NatureQuantity(
         "start_y",
         "m",
         "normal",
@@ -96,7 +96,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "offset of the start along the map's y",
         _PLACED,
     ),
-    Quantity(
+    NatureQuantity(
         "start_yaw",
         "deg",
         "normal",
@@ -105,7 +105,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "offset of the heading at the start",
         _PLACED,
     ),
-    Quantity(
+    NatureQuantity(
         "localization_error",
         "m",
         "up to",
@@ -114,7 +114,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "standard deviation of the localization along x and y; it changes with each update",
         _AMCL,
     ),
-    Quantity(
+    NatureQuantity(
         "localization_yaw_error",
         "deg",
         "up to",
@@ -123,7 +123,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "standard deviation of the localization's heading",
         "0.05 m over the 1.5 m to the walls of a small arena (derived)",
     ),
-    Quantity(
+    NatureQuantity(
         "localization_jumps",
         "1/min",
         "up to",
@@ -132,7 +132,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "how often the localization jumps, while the robot moves",
         _JUMPS,
     ),
-    Quantity(
+    NatureQuantity(
         "localization_jump",
         "m",
         "up to",
@@ -141,7 +141,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "length of such a jump; later updates reduce it",
         _JUMPS,
     ),
-    Quantity(
+    NatureQuantity(
         "wheel_radius",
         "%",
         "normal",
@@ -150,7 +150,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "by how much odometry assumes larger wheels",
         "0.3 mm of 33 mm: wear and dirt (an assumption)",
     ),
-    Quantity(
+    NatureQuantity(
         "wheel_difference",
         "%",
         "normal",
@@ -159,7 +159,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "by how much odometry assumes a larger left wheel",
         "less than of the radius: the IMU corrects the heading (an assumption)",
     ),
-    Quantity(
+    NatureQuantity(
         "wheel_grip",
         "",
         "down to",
@@ -169,7 +169,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "rubber on a dry floor 1 to 0.5, on a dusty one 0.3 (an assumption)",
         1.0,
     ),
-    Quantity(
+    NatureQuantity(
         "lidar_noise",
         "m",
         "up to",
@@ -178,7 +178,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "standard deviation of additional noise on each distance",
         _LDS,
     ),
-    Quantity(
+    NatureQuantity(
         "lidar_bias",
         "m",
         "normal",
@@ -187,7 +187,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "error of all distances alike",
         _LDS,
     ),
-    Quantity(
+    NatureQuantity(
         "lidar_dropout",
         "%",
         "up to",
@@ -196,7 +196,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "share of rays without a reading, drawn for each scan",
         "1 % of an LDS-02, more on dark surfaces (an assumption)",
     ),
-    Quantity(
+    NatureQuantity(
         "topic_latency",
         "s",
         "up to",
@@ -205,7 +205,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "mean delay of sensors, transforms and commands; of each message 0.5 to 1.5 times this",
         _WIRELESS,
     ),
-    Quantity(
+    NatureQuantity(
         "server_latency",
         "s",
         "up to",
@@ -217,7 +217,7 @@ QUANTITIES: tuple[Quantity, ...] = (
 )
 """Every quantity, in the order in which they are shown."""
 
-BY_NAME: Mapping[str, Quantity] = {quantity.name: quantity for quantity in QUANTITIES}
+BY_NAME: Mapping[str, NatureQuantity] = {quantity.name: quantity for quantity in QUANTITIES}
 
 
 @dataclass(frozen=True)

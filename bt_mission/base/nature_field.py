@@ -10,7 +10,7 @@ from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from bt_mission.base.diagnostics import describe, did_you_mean, listed, quoted
-from bt_mission.base.nature import BY_NAME, PROFILES, QUANTITIES, Nature, Profile, Quantity
+from bt_mission.base.nature import BY_NAME, PROFILES, QUANTITIES, Nature, NatureQuantity, Profile
 from bt_mission.base.units import UNITS, converted
 
 
@@ -54,7 +54,7 @@ def _number(name: str, written: Any) -> float:
     return value
 
 
-def _in_unit(quantity: Quantity, written: Any) -> float:
+def _in_unit(quantity: NatureQuantity, written: Any) -> float:
     """Return a number in the quantity's unit: a plain number, or a text such as ``2 cm``."""
     if isinstance(written, int | float) and not isinstance(written, bool):
         return float(written)

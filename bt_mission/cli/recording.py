@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bt_mission.cli.run_plan import Summary
     from bt_mission.executive.trace import TraceFile
     from bt_mission.recording.writer import RunRecorder
-    from bt_mission.sessions.session import Run, Session
+    from bt_mission.sessions.session import MissionRun, Session
 
 
 RECORDING_OPTIONS = (
@@ -98,7 +98,7 @@ def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunF
         yield RunFiles(recorder, options.record, options.report, others, traces)
 
 
-def _traces_of(path: Path | None, session: Session) -> Iterator[tuple[Run, Path]]:
+def _traces_of(path: Path | None, session: Session) -> Iterator[tuple[MissionRun, Path]]:
     """Yield the runs of a session with the files of their traces: of several, one for each."""
     if path is not None:
         for run in session.runs:

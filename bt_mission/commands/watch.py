@@ -111,14 +111,14 @@ def _serve_page(observer: ExecutiveDirectory, options: argparse.Namespace) -> in
 def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
     from bt_mission.base.wall_clock import Stopwatch
     from bt_mission.executive.events.feed import MissionFeed
-    from bt_mission.executive.events.mission_file import FileCheck, MissionFile
+    from bt_mission.executive.events.mission_file import FileCheck, MissionOrigin
     from bt_mission.executive.events.mission_state import MissionState
 
     mission = MissionState()
     feed = MissionFeed(mission)
     since = Stopwatch()
     since_complete: Stopwatch | None = None
-    file: MissionFile | None = None
+    file: MissionOrigin | None = None
     while since.elapsed_s < STATUSES_S:
         observer.serve(WAIT_S)
         for batch in link.take(needs_statuses=feed.needs_statuses).messages:

@@ -245,7 +245,7 @@ class Revision:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MissionComparison:
     """Two versions of a mission with the pairs of the same nodes.
 
     Attributes:
@@ -312,7 +312,7 @@ def built_nodes(mission: Mission) -> tuple[BuiltNode, ...]:
     return tuple(nodes)
 
 
-def compare(before: Mission, after: Mission) -> Comparison:
+def compare(before: Mission, after: Mission) -> MissionComparison:
     """Find the nodes that both versions of a mission have.
 
     Args:
@@ -339,7 +339,7 @@ def compare(before: Mission, after: Mission) -> Comparison:
         requirements=before.requirements,
         observe=before.observe,
     )
-    return Comparison(before, kept, old, new)
+    return MissionComparison(before, kept, old, new)
 
 
 def refusals(before: Mission, after: Mission) -> Iterator[str]:

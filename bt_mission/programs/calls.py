@@ -41,7 +41,7 @@ class Over(Future):
             self._state = FutureState.FINISHED
 
 
-class Wait:
+class CallWait:
     """The wait of a call.
 
     Args:
@@ -82,10 +82,10 @@ class Host(Protocol):
     clock: VirtualTimeExecutor
     is_over: bool
     executors: WeakSet[Any]
-    polls: dict[Wait, Callable[[], bool]]
+    polls: dict[CallWait, Callable[[], bool]]
     goals: Any
 
-    def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
+    def wait(self, wait: CallWait, timeout_ns: int | None = None) -> bool:
         """Suspend the call whose code runs, for a wait or a time."""
 
     def take_time(self, call: Call) -> int:
@@ -190,7 +190,7 @@ class Call(greenlet):
         self.program, self.life, self.spin = program, life, spin
         self.entity, self.node = entity, node
         self.outcome: Any = None
-        self.wait: Wait | None = None
+        self.wait: CallWait | None = None
         self.is_over = False
         self.handler: Callable[[], Any] | None = None
         """Of a signal, to be called where the code waits."""
@@ -211,7 +211,7 @@ class Call(greenlet):
         """Return whether it waits, and this is the end of it."""
         return self.wait is not None and self.wait.over is over
 
-    def park(self, wait: Wait) -> Any:
+    def park(self, wait: CallWait) -> Any:
         """Wait, while virtual time continues. Return the result; called by the code that waits.
 
         Raises:

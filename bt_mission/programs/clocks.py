@@ -12,7 +12,7 @@ from rclpy.clock_type import ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 
 from bt_mission.base.stamps import NS
-from bt_mission.programs.calls import Call, StandIn, Wait, current_call
+from bt_mission.programs.calls import Call, CallWait, StandIn, current_call
 
 _real_sleep = time.sleep
 
@@ -40,11 +40,11 @@ def sleep_ns(call: Call, nanoseconds: int) -> None:
     host = call.program.host
     if nanoseconds <= 0:
         host.take_time(call)
-        wait = Wait("gives way", is_timed=True)
+        wait = CallWait("gives way", is_timed=True)
         wait.over.set_result(None)
         call.park(wait)
         return
-    host.wait(Wait("sleeps", is_timed=True), nanoseconds)
+    host.wait(CallWait("sleeps", is_timed=True), nanoseconds)
 
 
 def _reader(real: Callable[[], Any], *, in_ns: bool) -> Callable[[], Any]:
@@ -134,7 +134,7 @@ class ProgramSelector(_RealSelector, metaclass=StandIn):
         if timeout is not None and timeout <= 0:
             sleep_ns(call, 0)
             return super().select(0)
-        wait = Wait("waits in an event loop", is_timed=timeout is not None)
+        wait = CallWait("waits in an event loop", is_timed=timeout is not None)
         host = call.program.host
         host.polls[wait] = lambda: bool(_RealSelector.select(self, 0))
         try:
@@ -176,7 +176,7 @@ class ClockEvent:
     """``rclpy``'s event on which clocks sleep."""
 
     def __init__(self) -> None:
-        self._wait = Wait("sleeps on a clock", is_timed=True)
+        self._wait = CallWait("sleeps on a clock", is_timed=True)
 
     def set(self) -> None:
         """End the sleep."""

@@ -20,13 +20,13 @@ from rclpy.task import Future, Task
 from typing_extensions import override
 
 from bt_mission.base.stamps import NS
-from bt_mission.programs.calls import Call, Life, Program, StandIn, Wait, current_call
+from bt_mission.programs.calls import Call, CallWait, Life, Program, StandIn, current_call
 
 ENDLESS = -1
 SPINS = "spins"
 
 
-class Spin:
+class ExecutorSpin:
     """A call that serves an executor, in its own thread or with others.
 
     Args:
@@ -36,7 +36,7 @@ class Spin:
 
     def __init__(self, executor: ProgramExecutor, caller: Call | None, left: int) -> None:
         self.executor, self.caller, self.left = executor, caller, left
-        self.wait = Wait(SPINS)
+        self.wait = CallWait(SPINS)
         self.busy: list[Call] = []
 
     def begin(self, call: Call) -> None:
@@ -73,7 +73,7 @@ class Spin:
         return True
 
 
-class _OwnSpin(Spin):
+class _OwnSpin(ExecutorSpin):
     """Serves the nodes that nothing spins; a node that spins to wait counts what it serves."""
 
     @override
@@ -95,7 +95,7 @@ class ProgramExecutor(Executor):
         self.program: Program = program or call.program
         self.host = self.program.host
         self._ordered: list[Node] = []
-        self._spins: list[Spin] = []
+        self._spins: list[ExecutorSpin] = []
         self._lives: list[Life] = []
         self.blocked: list[Call] = []
         """The callbacks that hold its threads, also where it spins no more."""
@@ -126,14 +126,14 @@ class ProgramExecutor(Executor):
         """Whether the program waits in it, or it serves without that."""
         return any(not spin.wait.over.is_over for spin in self._spins)
 
-    def free(self) -> Spin | None:
+    def free(self) -> ExecutorSpin | None:
         """Return what can serve a callback now."""
         for spin in reversed(self._spins):
             if spin.left != 0 and not spin.busy and not spin.wait.over.is_over:
                 return spin
         return None
 
-    def life_for(self, spin: Spin) -> Life:
+    def life_for(self, spin: ExecutorSpin) -> Life:
         """Return the thread in which a callback runs."""
         life: Life = (spin.caller or self.program).life
         return life
@@ -212,7 +212,7 @@ class ProgramExecutor(Executor):
 
     def keep_spinning(self) -> None:
         """Serve from now on, as if the program span it in a thread."""
-        self._spins.append(Spin(self, None, ENDLESS))
+        self._spins.append(ExecutorSpin(self, None, ENDLESS))
 
     def stop(self, *, from_within: Call | None) -> None:
         """End what spins, since the context has been shut down."""
@@ -231,7 +231,7 @@ class ProgramExecutor(Executor):
         if future is not None and (future.done() or future.cancelled()):
             return
         timeout_s = None if timeout_s is None or timeout_s < 0 else timeout_s
-        spin = Spin(self, call, callbacks)
+        spin = ExecutorSpin(self, call, callbacks)
         spin.wait.is_timed = timeout_s is not None
         if future is not None:
             spin.wait.what = "spins until a future is done"
@@ -247,7 +247,7 @@ class ProgramExecutor(Executor):
 class Waker:
     """A done callback of a future that ends a wait at once, not as a task."""
 
-    def __init__(self, wait: Wait) -> None:
+    def __init__(self, wait: CallWait) -> None:
         self._wait = wait
 
     def __call__(self, _: Future) -> None:
@@ -277,7 +277,7 @@ class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
         """Wait until no callback runs; called by the code of the program."""
         if not self.blocked:
             return
-        wait = Wait("waits for callbacks in other threads")
+        wait = CallWait("waits for callbacks in other threads")
         self.host.polls[wait] = lambda: not self.blocked
         try:
             self.host.wait(wait)
@@ -285,7 +285,7 @@ class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
             del self.host.polls[wait]
 
     @override
-    def free(self) -> Spin | None:
+    def free(self) -> ExecutorSpin | None:
         if len(self.blocked) >= self.most:
             return None
         for spin in reversed(self._spins):
@@ -294,7 +294,7 @@ class MultiThreadedExecutor(ProgramExecutor, metaclass=StandIn):
         return None
 
     @override
-    def life_for(self, spin: Spin) -> Life:
+    def life_for(self, spin: ExecutorSpin) -> Life:
         return self._lives.pop() if self._lives else self.host.new_life()
 
     @override
@@ -314,5 +314,5 @@ class FreeExecutor(MultiThreadedExecutor):
         self.own = _OwnSpin(self, None, ENDLESS)
 
     @override
-    def free(self) -> Spin | None:
+    def free(self) -> ExecutorSpin | None:
         return self.own

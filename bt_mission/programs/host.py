@@ -20,13 +20,13 @@ from rclpy.task import Future, Task
 
 from bt_mission.base.stamps import NS
 from bt_mission.programs import replaced, signals
-from bt_mission.programs.calls import Call, Life, Over, Program, Wait, current_call
+from bt_mission.programs.calls import Call, CallWait, Life, Over, Program, current_call
 from bt_mission.programs.events import call_event_callbacks
 from bt_mission.programs.executors import (
     ENDLESS,
+    ExecutorSpin,
     FreeExecutor,
     ProgramExecutor,
-    Spin,
     Waker,
 )
 from bt_mission.programs.goals import ServedGoals
@@ -58,7 +58,7 @@ def _turn() -> Iterator[None]:
     yield
 
 
-async def _thread_of(executor: ProgramExecutor, number: int) -> Spin:
+async def _thread_of(executor: ProgramExecutor, number: int) -> ExecutorSpin:
     """Wait until a thread of an executor is free, and it is the turn of a task.
 
     As in rclpy of Jazzy, of the tasks that can go on, the newest does first. Those that come
@@ -116,7 +116,7 @@ class ProgramHost:
         self._woken: dict[ProgramExecutor, Call | None] = {}
         self.calls: dict[Call, None] = {}
         """The calls that have begun and not ended, in that order."""
-        self.polls: dict[Wait, Callable[[], bool]] = {}
+        self.polls: dict[CallWait, Callable[[], bool]] = {}
         """Waits that end when a function returns true, after code of programs has run."""
         self.stuck: set[Call] = set()
         """Those that can never continue, and were named."""
@@ -223,7 +223,7 @@ class ProgramHost:
         self.goals.took(waitable, parts)
         self.remarks.took(waitable, parts)
 
-    def _spin_for(self, node: Node) -> Spin | None:
+    def _spin_for(self, node: Node) -> ExecutorSpin | None:
         for executor in self._executors[node]:
             if (spin := executor.free()) is not None:
                 return spin
@@ -239,7 +239,7 @@ class ProgramHost:
             rest: Coroutine[Any, Any, None] | None = function(*args)
             return rest
         program = self._programs[node]
-        spin = self._spin_for(node) or Spin(program.serving(), None, ENDLESS)
+        spin = self._spin_for(node) or ExecutorSpin(program.serving(), None, ENDLESS)
         self.remarks.serve(entity, node, self.waiting_of(node))
         call = self._begin(spin, program, entity, node, _serve, function, *args)
         if self._advance(call) and call.outcome is None:
@@ -248,7 +248,7 @@ class ProgramHost:
 
     def _begin(
         self,
-        spin: Spin,
+        spin: ExecutorSpin,
         program: Program,
         entity: Any,
         node: Node | None,
@@ -374,7 +374,7 @@ class ProgramHost:
                 self._kill(program.main_call)
 
         self.clock.call_at(self.clock.now_ns, end)
-        call.park(Wait("has left", is_timed=True))
+        call.park(CallWait("has left", is_timed=True))
 
     def interrupt(self, program: Program, number: int = signal.SIGINT) -> None:
         """Send a signal to a program: its handler runs where the main thread waits."""
@@ -443,7 +443,7 @@ class ProgramHost:
 
     # ---- waiting, called by the code of programs -----------------------------------------
 
-    def wait(self, wait: Wait, timeout_ns: int | None = None) -> bool:
+    def wait(self, wait: CallWait, timeout_ns: int | None = None) -> bool:
         """Suspend the call whose code runs. Return the result of the wait, False after a time."""
         call = current_call()
         assert call is not None, "only the code of a program waits"
@@ -468,7 +468,7 @@ class ProgramHost:
             call.rounds = 0
             since_ns = now_ns if call.loops_since_ns is None else call.loops_since_ns
             self.remarks.loop(call, now_ns - since_ns)
-            self.wait(Wait(LOOPS, is_timed=True), STEP_NS)
+            self.wait(CallWait(LOOPS, is_timed=True), STEP_NS)
             call.loops_since_ns = since_ns
         return self.clock.now_ns
 

@@ -36,7 +36,7 @@ from bt_mission.base import user_loops
 from bt_mission.base.code_owner import owner_of
 from bt_mission.base.stamps import NS
 from bt_mission.programs import clocks, goals, logs, signals, threads
-from bt_mission.programs.calls import Call, Wait, current_call, running_loop
+from bt_mission.programs.calls import Call, CallWait, current_call, running_loop
 from bt_mission.programs.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from bt_mission.programs.mains import LoopFinder, MainProgram, ProgramContext, RclpyOfNodes
 
@@ -79,7 +79,7 @@ def _wait_for_message(
             msg_type, node, topic, qos_profile=qos_profile, time_to_wait=time_to_wait
         )
     got: list[Any] = []
-    wait = Wait("waits for a message", is_timed=time_to_wait >= 0)
+    wait = CallWait("waits for a message", is_timed=time_to_wait >= 0)
 
     def take(message: Any) -> None:
         got.append(message)

@@ -11,7 +11,7 @@ from typing import Any
 from typing_extensions import override
 
 from bt_mission.base.stamps import NS
-from bt_mission.programs.calls import Call, Life, StandIn, Wait, current_call
+from bt_mission.programs.calls import Call, CallWait, Life, StandIn, current_call
 
 _real_lock = threading.Lock
 _real_rlock: Any = vars(threading)["_CRLock"]
@@ -27,7 +27,7 @@ class Lock:
     def __init__(self) -> None:
         self._real = _real_lock()
         self._owner: Call | None = None
-        self._waiting: deque[tuple[Call, Wait]] = deque()
+        self._waiting: deque[tuple[Call, CallWait]] = deque()
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:  # noqa: FBT001, FBT002 - as it is
         """Take the lock, or wait for it."""
@@ -39,7 +39,7 @@ class Lock:
         call = current_call()
         if not blocking or call is None:
             return blocking and self._real.acquire(timeout=timeout)
-        wait = Wait("waits for a lock", timeout >= 0, lambda: self._owner)
+        wait = CallWait("waits for a lock", timeout >= 0, lambda: self._owner)
         entry = (call, wait)
         self._waiting.append(entry)
         try:
@@ -123,8 +123,8 @@ class Thread(threading.Thread, metaclass=StandIn):
     _life: Life | None = None
     _call: Call | None = None
     _is_over = False
-    _start: Wait
-    _joining: list[Wait]
+    _start: CallWait
+    _joining: list[CallWait]
 
     @classmethod
     def of(cls, life: Life, name: str) -> Thread:
@@ -147,7 +147,7 @@ class Thread(threading.Thread, metaclass=StandIn):
         self._life.thread = self
         getattr(program, "threads", []).append(self)
         self._call = Call(program, self._life, None, None, None, self._run_to_end)
-        self._start = Wait("starts a thread", is_timed=True)
+        self._start = CallWait("starts a thread", is_timed=True)
         program.host.start(self._call)
         program.host.wait(self._start)  # as Python does
 
@@ -179,7 +179,7 @@ class Thread(threading.Thread, metaclass=StandIn):
             return
         if call.life is self._life:
             raise RuntimeError("cannot join current thread")
-        wait = Wait("waits for the end of a thread", timeout is not None, lambda: self._call)
+        wait = CallWait("waits for the end of a thread", timeout is not None, lambda: self._call)
         self._joining.append(wait)
         call.program.host.wait(wait, None if timeout is None else round(max(timeout, 0) * NS))
 

@@ -16,7 +16,7 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from bt_mission.base.versions import versions
 from bt_mission.language.mission import Mission
-from bt_mission.sessions.session import Run
+from bt_mission.sessions.session import MissionRun
 
 Camera = Literal["none", "compressed", "raw"]
 
@@ -43,7 +43,7 @@ MOST_BYTES = 50_000_000
 """Saved pictures of a run that a recording takes in, all together."""
 
 
-def facts_of(run: Run, start_ns: int) -> dict[str, str]:
+def facts_of(run: MissionRun, start_ns: int) -> dict[str, str]:
     """Return the facts of a mission's run at its start."""
     mission, node = run.mission, run.node
     return {

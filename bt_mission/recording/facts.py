@@ -51,7 +51,7 @@ class StageRobot(TypedDict):
     nature: Annotated[dict[str, Any], AfterValidator(_with_nature)]
 
 
-class Stage(TypedDict):
+class StageFacts(TypedDict):
     """The options of a simulation, on which a run depends."""
 
     sensor_seed: Count
@@ -69,7 +69,7 @@ _KINDS: Mapping[str, Mapping[str, Any]] = {
         "robot_hull": Three | None,
         "versions": dict[str, Any],
         "inputs": dict[str, Any],
-        "stage": Stage,
+        "stage": StageFacts,
         "simulation": dict[str, Any],
         "requirements": list[dict[str, Any]],
         "changes": list[Any],

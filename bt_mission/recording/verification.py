@@ -23,7 +23,7 @@ from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurvey
 from bt_mission.recording.replay.timeline import Timeline, TimelineReader
 from bt_mission.recording.signal_samples import requirements_in
-from bt_mission.requirements.checks import KnownNames
+from bt_mission.requirements.checks import RequirementNames
 from bt_mission.requirements.language.formula import CONTROL_STEP_S, root_of, walk
 from bt_mission.requirements.language.syntax import EVERYTHING, Measure, Temporal
 from bt_mission.requirements.monitor import Monitor, Monitors
@@ -95,13 +95,13 @@ class RecordedRequirements:
         return max(0, self.survey.file.last_ns - self.survey.start_ns) / NS
 
     @property
-    def names(self) -> KnownNames:
+    def names(self) -> RequirementNames:
         """The names that requirements can use; any where no mission was recorded."""
         if not self.is_of_mission:
-            return KnownNames()
+            return RequirementNames()
         nodes = self.survey.nodes
         goals = {node.name for node in nodes if node.kind == ActionLeaf.__name__}
-        return KnownNames(
+        return RequirementNames(
             {node.name: node.name in goals for node in nodes},
             {node.path: node.kind == ActionLeaf.__name__ for node in nodes},
         )

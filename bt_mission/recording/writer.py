@@ -39,7 +39,7 @@ from bt_mission.recording.file import MOST_WAITING, McapFile
 from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.topics import GraphTopics
 from bt_mission.ros.mission_details import MissionDetailsBuilder
-from bt_mission.sessions.session import Onlooker, Run, Session
+from bt_mission.sessions.session import MissionRun, Onlooker, Session
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -418,7 +418,7 @@ class MissionRecorder:
             robot.
     """
 
-    def __init__(self, run: Run, recording: RunRecorder, *, is_alone: bool) -> None:
+    def __init__(self, run: MissionRun, recording: RunRecorder, *, is_alone: bool) -> None:
         self.name = run.node.get_fully_qualified_name()
         """Full name of the executive's node: below it lie the mission's topics."""
         self._runner = run.runner

@@ -40,7 +40,7 @@ def with_requirements(mission: Mission, paths: Sequence[str | Path]) -> Mission:
 
 
 def read_requirements(
-    paths: Sequence[str | Path], names: KnownNames, known: Collection[str] = ()
+    paths: Sequence[str | Path], names: RequirementNames, known: Collection[str] = ()
 ) -> tuple[Requirement, ...]:
     """Return the requirements of files, also of missions.
 
@@ -91,7 +91,7 @@ def requirement_diagnostics(mission: Mission, lost: Collection[str] = ()) -> Ite
     return diagnostics_of_names(mission.document, MissionNames(mission, lost))
 
 
-def diagnostics_of_names(document: Document, names: KnownNames) -> Iterator[Diagnostic]:
+def diagnostics_of_names(document: Document, names: RequirementNames) -> Iterator[Diagnostic]:
     """Yield what the requirements of a file name, and is not there."""
     for path, root in _formulas(document):
         for error in names.unknown_in(root):
@@ -99,7 +99,7 @@ def diagnostics_of_names(document: Document, names: KnownNames) -> Iterator[Diag
             yield document.diagnostic(error.code, path, error.message, error.hint, offset=offset)
 
 
-class KnownNames:
+class RequirementNames:
     """The nodes and variables that formulas and conditions may name.
 
     Args:
@@ -158,7 +158,7 @@ class KnownNames:
         return None
 
 
-class MissionNames(KnownNames):
+class MissionNames(RequirementNames):
     """The nodes of a mission's run, and its variables."""
 
     def __init__(self, mission: Mission, lost: Collection[str] = ()) -> None:

@@ -35,12 +35,12 @@ from bt_mission.requirements.language.syntax import (
     Temporal,
     TimeWindow,
 )
-from bt_mission.requirements.measures import MEASURED_VALUES, Measured, MeasuredValue
+from bt_mission.requirements.measures import MEASURED_VALUES, MeasuredCondition, MeasuredValue
 from bt_mission.requirements.operators import (
     Ahead,
     Atom,
+    CompiledFormula,
     Edge,
-    Formula,
     Historically,
     Joint,
     Since,
@@ -129,7 +129,7 @@ class Compiler:
 
     # ---- formulas at every instant -------------------------------------------------------
 
-    def formula(self, node: SyntaxNode, *, positive: bool = True) -> Formula:
+    def formula(self, node: SyntaxNode, *, positive: bool = True) -> CompiledFormula:
         """Return a formula at every instant, or its negation."""
         match node:
             case Not(operand=operand):
@@ -143,7 +143,7 @@ class Compiler:
                 return Joint(parts, all_of=(symbol == "and") is positive)
         return self._atom(node, positive=positive)
 
-    def _temporal(self, node: Temporal, *, positive: bool) -> Formula:
+    def _temporal(self, node: Temporal, *, positive: bool) -> CompiledFormula:
         parts, window = self._parts(node, positive=positive), _ns(node.window)
         full_ns = round(full_after(node) * NS) if filling(node) else 0
         match node.word:
@@ -156,10 +156,10 @@ class Compiler:
         all_of = (node.word == "historically") is positive
         return Historically(parts, window, full_ns=full_ns, all_of=all_of)
 
-    def _parts(self, node: SyntaxNode, *, positive: bool) -> list[Formula]:
+    def _parts(self, node: SyntaxNode, *, positive: bool) -> list[CompiledFormula]:
         return [self.formula(part, positive=positive) for part in node.parts]
 
-    def _atom(self, node: SyntaxNode, *, positive: bool) -> Formula:
+    def _atom(self, node: SyntaxNode, *, positive: bool) -> CompiledFormula:
         """Return a condition without words of time, or its negation; measures may be in it."""
         measures: dict[str, MeasuredValue] = {}
         for measure in values_in(node):
@@ -180,7 +180,7 @@ class Compiler:
             return atom
         inner = [part for part in walk(node) if isinstance(part, Measure)]
         moves = any(part.word in ("mean", "rate") or part.window.is_bounded for part in inner)
-        return Measured(atom, tuple(measures.values()), moves=moves)
+        return MeasuredCondition(atom, tuple(measures.values()), moves=moves)
 
     def _add_measure(self, node: Measure, measures: dict[str, MeasuredValue]) -> None:
         """Add a measure, after those inside it, and a reader of its value by its key."""

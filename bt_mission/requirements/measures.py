@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from bt_mission.base.stamps import NS
 from bt_mission.language.expressions.values import Plain
-from bt_mission.requirements.operators import Atom, Formula
+from bt_mission.requirements.operators import Atom, CompiledFormula
 from bt_mission.requirements.samples import Sample
 
 
@@ -35,7 +35,7 @@ class MeasuredValue(ABC):
     def __init__(
         self,
         read: Callable[[], Plain | None],
-        edge: Formula | None,
+        edge: CompiledFormula | None,
         *,
         window_ns: float,
         full_ns: int,
@@ -142,7 +142,7 @@ MEASURED_VALUES: dict[str, type[MeasuredValue]] = {
 }
 
 
-class Measured(Formula):
+class MeasuredCondition(CompiledFormula):
     """A condition over measures, inner ones first; each sees every instant."""
 
     def __init__(self, atom: Atom, measures: Sequence[MeasuredValue], *, moves: bool) -> None:

@@ -34,7 +34,7 @@ Window: TypeAlias = tuple[int, float]
 ALL_TIME: Window = (0, math.inf)
 
 
-class Formula(ABC):
+class CompiledFormula(ABC):
     """A formula at every instant.
 
     Attributes:
@@ -58,7 +58,7 @@ class Formula(ABC):
         return ()
 
 
-class Atom(Formula):
+class Atom(CompiledFormula):
     """A comparison of signals, or a signal that is true or false.
 
     Args:
@@ -97,7 +97,7 @@ class Atom(Formula):
 class Aligned:
     """The values of several formulas, as soon as each has its value at the same instant."""
 
-    def __init__(self, parts: Sequence[Formula]) -> None:
+    def __init__(self, parts: Sequence[CompiledFormula]) -> None:
         self._parts = parts
         self.looks_ahead = any(part.looks_ahead for part in parts)
         self._times: deque[int] = deque()
@@ -123,7 +123,7 @@ class Aligned:
         ]
 
 
-class Operator(Formula):
+class Operator(CompiledFormula):
     """A formula whose value follows from those of its parts, then and before.
 
     Args:
@@ -132,7 +132,9 @@ class Operator(Formula):
         full_ns: It has no value before this time since the start.
     """
 
-    def __init__(self, parts: Sequence[Formula], *, moves: bool = False, full_ns: int = 0) -> None:
+    def __init__(
+        self, parts: Sequence[CompiledFormula], *, moves: bool = False, full_ns: int = 0
+    ) -> None:
         self._parts = parts
         self._aligned = Aligned(parts)
         self._full_ns = full_ns
@@ -167,7 +169,7 @@ class Operator(Formula):
 class Joint(Operator):
     """`and` (`all_of`) or `or`."""
 
-    def __init__(self, parts: Sequence[Formula], *, all_of: bool) -> None:
+    def __init__(self, parts: Sequence[CompiledFormula], *, all_of: bool) -> None:
         super().__init__(parts)
         self._all_of = all_of
 
@@ -182,7 +184,7 @@ class Edge(Operator):
     Before the first instant nothing is true. Where the condition has no value, it stays as it was.
     """
 
-    def __init__(self, operand: Formula, *, ends: bool, positive: bool) -> None:
+    def __init__(self, operand: CompiledFormula, *, ends: bool, positive: bool) -> None:
         super().__init__([operand])
         self._ends, self._positive = ends, positive
         self._previous = false_at(0)
@@ -226,7 +228,7 @@ class Historically(Operator):
     """True at every instant of a window before now (`all_of`), or at some: `previously`."""
 
     def __init__(
-        self, parts: Sequence[Formula], window: Window, *, full_ns: int, all_of: bool
+        self, parts: Sequence[CompiledFormula], window: Window, *, full_ns: int, all_of: bool
     ) -> None:
         super().__init__(parts, moves=window != ALL_TIME, full_ns=full_ns)
         self._start, self._end = window
@@ -261,7 +263,7 @@ class Since(Operator):
     """`left since right`, or its dual: the negation of `not left since not right`."""
 
     def __init__(
-        self, parts: Sequence[Formula], window: Window, *, full_ns: int, dual: bool
+        self, parts: Sequence[CompiledFormula], window: Window, *, full_ns: int, dual: bool
     ) -> None:
         super().__init__(parts, moves=window != ALL_TIME, full_ns=full_ns)
         self._start, self._end = window
@@ -295,7 +297,7 @@ class Since(Operator):
             starts.appendleft((then_ns, extreme((first, second), all_of=self._dual)))
 
 
-class LookingAhead(Formula):
+class LookingAhead(CompiledFormula):
     """A formula about a bounded window after now, over its parts.
 
     Args:
@@ -306,7 +308,7 @@ class LookingAhead(Formula):
 
     looks_ahead = True
 
-    def __init__(self, parts: Sequence[Formula], window: Window, *, all_of: bool) -> None:
+    def __init__(self, parts: Sequence[CompiledFormula], window: Window, *, all_of: bool) -> None:
         self._aligned = Aligned(parts)
         self._start, self._end = window
         self._all_of = all_of
@@ -375,7 +377,7 @@ class Ahead(LookingAhead):
         has_memory: Do its parts have to take every instant?
     """
 
-    def __init__(self, parts: Sequence[Formula], window: Window, *, all_of: bool) -> None:
+    def __init__(self, parts: Sequence[CompiledFormula], window: Window, *, all_of: bool) -> None:
         super().__init__(parts, window, all_of=all_of)
         self.has_memory = not all(isinstance(part, Atom) for part in parts)
         self._extreme = Extreme(all_of=all_of)
@@ -400,7 +402,7 @@ class Until(LookingAhead):
     The left side must be true at every instant before the one at which the right side is.
     """
 
-    def __init__(self, parts: Sequence[Formula], window: Window, *, all_of: bool) -> None:
+    def __init__(self, parts: Sequence[CompiledFormula], window: Window, *, all_of: bool) -> None:
         super().__init__(parts, window, all_of=all_of)
         self._seen: deque[tuple[int, Sample, Sample]] = deque()
 

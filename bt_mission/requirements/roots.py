@@ -9,7 +9,14 @@ from collections.abc import Iterable, Sequence
 
 from typing_extensions import override
 
-from bt_mission.requirements.operators import ALL_TIME, Ahead, Aligned, Atom, Formula, Window
+from bt_mission.requirements.operators import (
+    ALL_TIME,
+    Ahead,
+    Aligned,
+    Atom,
+    CompiledFormula,
+    Window,
+)
 from bt_mission.requirements.samples import (
     Sample,
     Truncation,
@@ -44,7 +51,7 @@ class Root(ABC):
 class Throughout(Root):
     """True at every instant of a window from the start on (`all_of`), or at some."""
 
-    def __init__(self, operand: Formula, window: Window, *, all_of: bool) -> None:
+    def __init__(self, operand: CompiledFormula, window: Window, *, all_of: bool) -> None:
         self._operand = operand
         self._start, self._end = window
         self._all_of = all_of
@@ -104,7 +111,12 @@ class Lasting(Throughout):
     """
 
     def __init__(
-        self, turned: Formula, before: Formula, end_ns: float, *, is_settled_by_end: bool
+        self,
+        turned: CompiledFormula,
+        before: CompiledFormula,
+        end_ns: float,
+        *,
+        is_settled_by_end: bool,
     ) -> None:
         super().__init__(turned, ALL_TIME, all_of=True)
         self._before, self._until_ns = before, end_ns
@@ -135,7 +147,7 @@ class Response(Root):
     answer is not waited for.
     """
 
-    def __init__(self, before: Formula, answer: Ahead) -> None:
+    def __init__(self, before: CompiledFormula, answer: Ahead) -> None:
         self._before, self._answer = before, answer
         self._waiting: deque[Sample] = deque()
 
@@ -165,7 +177,7 @@ class Response(Root):
 class UntilRoot(Root):
     """`left until right` from the start on, or with `all_of` its dual."""
 
-    def __init__(self, parts: Sequence[Formula], window: Window, *, all_of: bool) -> None:
+    def __init__(self, parts: Sequence[CompiledFormula], window: Window, *, all_of: bool) -> None:
         self._aligned = Aligned(parts)
         self._start, self._end = window
         self._all_of = all_of

@@ -40,7 +40,7 @@ from bt_mission.executive.events.events import (
     TreeRevised,
 )
 from bt_mission.executive.events.log import words_of
-from bt_mission.executive.events.mission_file import MissionFile
+from bt_mission.executive.events.mission_file import MissionOrigin
 from bt_mission.language.mission import Mission
 
 CODES = {
@@ -60,7 +60,7 @@ def stamp(time_ns: int) -> Time:
 def tree(event: RunStarted, mission: Mission, revised: TreeRevised | None = None) -> Tree:
     """Return the tree of a run that has started, with its newest revision and its file."""
     newest = {} if revised is None else _revision(revised)
-    file = MissionFile.of(mission)
+    file = MissionOrigin.of(mission)
     return Tree(
         **newest,
         stamp=stamp(event.time_ns),

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.executive.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.executive.goals.goal import Goal, GoalStatus, GoalTrigger, Phase
 from bt_mission.executive.listeners import Stream
 from bt_mission.ros.clients import RosClient
 from bt_mission.ros.executors.action_endpoints import duplicate_servers, qos_conflict
@@ -159,7 +159,7 @@ class RosGoalClient(RosClient):
                 goal.refused = goal.refusal()
                 # rclpy forgets it only with a result
                 self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
-            goal.on(Event.ACCEPTED if handle.accepted else Event.REJECTED)
+            goal.on(GoalTrigger.ACCEPTED if handle.accepted else GoalTrigger.REJECTED)
 
         future = self._client.send_goal_async(
             request,
@@ -248,7 +248,7 @@ class RosGoalClient(RosClient):
         if not goal.accepted:
             if is_taken or is_over:
                 self.recover_goal(goal)
-                goal.on(Event.ACCEPTED)
+                goal.on(GoalTrigger.ACCEPTED)
         elif is_over:
             goal.lacks_result = True
             self.ask_result(goal)
@@ -256,7 +256,7 @@ class RosGoalClient(RosClient):
             self._handles.pop(goal.id, None)
             goal.on_result(GoalStatus.UNKNOWN, None)
         elif not is_taken:
-            goal.on(Event.CANCEL_REFUSED)
+            goal.on(GoalTrigger.CANCEL_REFUSED)
 
     def _report(self, service: str, goal: Goal, request: Any, answer: Any = None) -> None:
         if self._exchanges:

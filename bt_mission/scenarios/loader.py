@@ -21,7 +21,7 @@ from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
 from bt_mission.scenarios.servers import ServersReader
 from bt_mission.scenarios.written_faults import FaultReader
-from bt_mission.sessions.check import Surroundings, has_camera
+from bt_mission.sessions.check import WorldAndRobot, has_camera
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from bt_mission.sessions.named_files import NamedFiles
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
@@ -63,10 +63,10 @@ def examine_scenario(
         document = source if isinstance(source, Document) else read(source)
     except InputError as error:
         return None, error.diagnostics
-    return _Loader(document, changes or ScenarioChanges()).load()
+    return _ScenarioLoader(document, changes or ScenarioChanges()).load()
 
 
-class _Loader:
+class _ScenarioLoader:
     """Puts a scenario together, and collects what is wrong with its parts."""
 
     def __init__(self, document: Document, changes: ScenarioChanges) -> None:
@@ -143,7 +143,7 @@ class _Loader:
             robot=changes.robot or written.robot,
             permissions=changes.permissions,
             servers=changes.servers,
-            given=Surroundings(world),
+            given=WorldAndRobot(world),
         )
 
     def _simulator(self, written: ScenarioFile) -> NodeFactory | None:

@@ -21,7 +21,7 @@ from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.other_missions import OtherMissions
 from bt_mission.sessions.revising import read_revision
-from bt_mission.sessions.session import Run, Session
+from bt_mission.sessions.session import MissionRun, Session
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class AttachedSession(Session):
                 allow_duplicates=chosen.allow_duplicates,
             )
             self._node = MissionNode(mission, runner, node=node)
-            self.runs = (Run.of(self._node.runner),)
+            self.runs = (MissionRun.of(self._node.runner),)
             made.callback(self._node.destroy_node)
             steps = all_steps(mission)
             several = self._graph.refuse_conflicts(

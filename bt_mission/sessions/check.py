@@ -53,7 +53,7 @@ from sim.world.world import World
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class WorldAndRobot:
     """World and robot of a mission, where they were read already; None reads the file.
 
     Attributes:
@@ -66,7 +66,7 @@ class Surroundings:
     is_elsewhere: bool = False
 
 
-UNREAD, ELSEWHERE = Surroundings(), Surroundings(is_elsewhere=True)
+UNREAD, ELSEWHERE = WorldAndRobot(), WorldAndRobot(is_elsewhere=True)
 
 
 def examine(
@@ -77,7 +77,7 @@ def examine(
     robot: str | None = None,
     servers: ServerSettings | None = OUR_SERVERS,
     permissions: Permissions = ANYTHING,
-    given: Surroundings = UNREAD,
+    given: WorldAndRobot = UNREAD,
 ) -> Examined:
     """Load and check a mission; return it with all warnings, or None with all errors.
 
@@ -128,7 +128,7 @@ def _faults(
     mission: Mission,
     servers: ServerSettings | None,
     permissions: Permissions,
-    given: Surroundings,
+    given: WorldAndRobot,
 ) -> Iterator[Diagnostic]:
     """Yield what does not fit this machine, and the errors of a mission's nodes."""
     is_staged = servers is not None
@@ -157,7 +157,7 @@ def _goal_rules(
     mission: Mission,
     servers: ServerSettings | None,
     permissions: Permissions,
-    given: Surroundings,
+    given: WorldAndRobot,
 ) -> ServerGoalRules | None:
     """Return what the servers accept with the mission's robot, if there is such a robot."""
     named: tuple[tuple[files.Kind, str | None], ...] = (

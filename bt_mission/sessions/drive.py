@@ -13,7 +13,7 @@ from bt_mission.base.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import Onlooker, Run, Session
+from bt_mission.sessions.session import MissionRun, Onlooker, Session
 
 R = TypeVar("R")
 Steps: TypeAlias = Generator[float, None, R]
@@ -114,7 +114,7 @@ def driving(
     Up to `paced_from_ns`, an instant of ROS time, a session runs as fast as possible.
     """
     wall = Stopwatch()
-    ended_s: dict[Run, float] = {}
+    ended_s: dict[MissionRun, float] = {}
     with ExitStack() as stack:
         stack.enter_context(interrupts)
         for onlooker in onlookers:
@@ -171,7 +171,7 @@ def _step(
     return True
 
 
-def _statistics(run: Run) -> LeafStatistics:
+def _statistics(run: MissionRun) -> LeafStatistics:
     return LeafStatistics(run.executive, lambda: run.distance_travelled_m)
 
 

@@ -35,7 +35,7 @@ from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.served_missions import NO_TEXT, ServedMissions
-from bt_mission.sessions.session import Onlooker, Run, Session
+from bt_mission.sessions.session import MissionRun, Onlooker, Session
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
@@ -70,7 +70,7 @@ class ServedSession(Session):
         super().__init__()
         self.handle = handle
         self.mission_node = node
-        self.runs = (Run.of(node.runner, server),)
+        self.runs = (MissionRun.of(node.runner, server),)
         self._server = server
         self._feedback: tuple[str, str] = ("", "")
         self._feedback_ns = 0
@@ -137,7 +137,7 @@ class MissionServerOptions:
 
 
 @dataclass(frozen=True)
-class _Waiting:
+class _WaitingGoal:
     """A goal that starts when the mission before it has ended, and its mission, checked."""
 
     handle: ServerGoalHandle
@@ -179,7 +179,7 @@ class MissionServer(ValidClock, Node):
         self._lines = RateLimit(1.0, MOST_LINES)
         self._closed: str | None = None
         self._run: ServedSession | None = None
-        self._waiting: _Waiting | None = None
+        self._waiting: _WaitingGoal | None = None
         self._ends: dict[bytes, Future] = {}
         self._status_publisher = StatusPublisher(self)
         self._status_publisher.publish_idle()
@@ -303,7 +303,7 @@ class MissionServer(ValidClock, Node):
             self._give_up(REPLACED)
         if self._run is not None:
             self._run.executive.interrupt(REPLACED)
-        self._waiting = _Waiting(handle, mission)
+        self._waiting = _WaitingGoal(handle, mission)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._run is not None and handle == self._run.handle:
@@ -337,7 +337,7 @@ class MissionServer(ValidClock, Node):
         waiting.handle.execute()
         self._end(waiting.handle, Result.STOPPED, reason)
 
-    def _start(self, waiting: _Waiting) -> None:
+    def _start(self, waiting: _WaitingGoal) -> None:
         handle = waiting.handle
         handle.execute()
         try:

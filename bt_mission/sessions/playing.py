@@ -37,7 +37,7 @@ WHY = {
 
 
 @dataclass
-class Played:
+class PlayResult:
     """The result of playing programs.
 
     Attributes:
@@ -97,7 +97,7 @@ class Playing:
     ) -> None:
         called = [called_program([*words_of(text), *arguments]) for text in programs]
         names = [each.module.rpartition(".")[2] or each.file.stem for each in called]
-        self.played = Played(dict.fromkeys(_told_apart(names)))
+        self.played = PlayResult(dict.fromkeys(_told_apart(names)))
         self._say, self._limit_s = say, limit_s
         self._new_lines: list[LogLine] = []
         whole = [
@@ -132,7 +132,7 @@ class Playing:
         interrupts: InterruptSignals,
         onlookers: Sequence[Onlooker] = (),
         speed: float | None = None,
-    ) -> Steps[Played]:
+    ) -> Steps[PlayResult]:
         """Play until all have ended, none will do anything more, or a time is over.
 
         A signal is sent to all of them, as a terminal does; a second one ends the run.

@@ -23,7 +23,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import all_steps
-from bt_mission.sessions.check import Surroundings, examine
+from bt_mission.sessions.check import WorldAndRobot, examine
 from bt_mission.sessions.load import document_of_text
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def read_revision(
             robot=running.robot,
             servers=None,
             permissions=permissions,
-            given=Surroundings(world=place),
+            given=WorldAndRobot(world=place),
         )
     )
     known = set(_targets(running))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bt_mission.ros.robot_relay import RobotSnapshot
 
 
-class Run:
+class MissionRun:
     """One mission of a session, with its robot.
 
     Attributes:
@@ -140,7 +140,7 @@ class Session:
         image_folder: Where the session saves its pictures; None where that is not known.
     """
 
-    runs: tuple[Run, ...]
+    runs: tuple[MissionRun, ...]
     world: str | None = None
     image_folder: Path | None = None
     watch: ClockWatch | None = None
@@ -237,7 +237,7 @@ class Session:
         """The report of each run, so far or complete."""
         return tuple(self.report(wall_s, run) for run in self.runs)
 
-    def report(self, wall_s: float = 0.0, run: Run | None = None) -> Report:
+    def report(self, wall_s: float = 0.0, run: MissionRun | None = None) -> Report:
         """Return the report of a run; of the first if none is given.
 
         Args:

@@ -29,7 +29,7 @@ from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
 from bt_mission.sessions.revising import read_revision
-from bt_mission.sessions.session import Run
+from bt_mission.sessions.session import MissionRun
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
 from sim.physics.simulator import SimulatorFactory
@@ -127,7 +127,7 @@ class FleetRobot:
         return Spawn(x=self.x, y=self.y, yaw=self.yaw) if self.name else world.spawn
 
 
-class StageRun(Run):
+class StageRun(MissionRun):
     """The run of one robot on the stage, with its action servers.
 
     Args:

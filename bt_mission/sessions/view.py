@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from bt_mission.executive.events.events import Event
-from bt_mission.sessions.session import Onlooker, Run, Session
+from bt_mission.sessions.session import MissionRun, Onlooker, Session
 
 
 class View(Onlooker):
@@ -22,7 +22,7 @@ class View(Onlooker):
     def open(self, session: Session) -> None:
         """Show the first picture."""
 
-    def on_event(self, run: Run, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: Event) -> None:
         """Show an event of one of the runs."""
 
     def refresh(self) -> None:
@@ -38,7 +38,7 @@ class View(Onlooker):
         """Draw again, as long as the view has a reader."""
         self._show(self.refresh)
 
-    def _take(self, run: Run, event: Event) -> None:
+    def _take(self, run: MissionRun, event: Event) -> None:
         self._show(partial(self.on_event, run, event))
 
     def _show(self, show: Callable[[], None]) -> None:

@@ -21,7 +21,7 @@ from bt_mission.executive.events.events import (
     TreeRevised,
 )
 from bt_mission.executive.events.messages import Batch, Robot
-from bt_mission.executive.events.mission_file import MissionFile
+from bt_mission.executive.events.mission_file import MissionOrigin
 from bt_mission.executive.events.source import (
     ControlRequest,
     ControlResponse,
@@ -32,7 +32,7 @@ from bt_mission.ros import robot_relay, status_publisher
 from bt_mission.ros.graph import quiet_node
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.robot_topics import RobotTopics
-from bt_mission.sessions.session import Run, Session
+from bt_mission.sessions.session import MissionRun, Session
 
 
 class RunSource:
@@ -46,7 +46,7 @@ class RunSource:
 
     is_there = True
 
-    def __init__(self, run: Run, node: Node) -> None:
+    def __init__(self, run: MissionRun, node: Node) -> None:
         self.name = run.node.get_fully_qualified_name()
         self._run = run
         self._events: deque[Event] = deque()
@@ -106,7 +106,7 @@ class RunSource:
 
     def _batch(self, *events: Event) -> Batch:
         has_tree = isinstance(events[0], RunStarted | TreeRevised)
-        file = MissionFile.of(self._run.mission) if has_tree else None
+        file = MissionOrigin.of(self._run.mission) if has_tree else None
         return Batch(self._run.executive.run, events, file=file)
 
     def _present(self) -> Iterator[Batch]:

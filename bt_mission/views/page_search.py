@@ -34,7 +34,7 @@ Words = Counter[str]
 
 
 @dataclass(frozen=True)
-class _Entry:
+class _SearchedText:
     """What is searched of a page or a section: the words of its parts, as in :data:`WEIGHTS`."""
 
     parts: tuple[Words, Words, Words, Words]
@@ -56,15 +56,15 @@ class PageIndex:
     """
 
     def __init__(self, pages: Iterable[Page]) -> None:
-        self._pages: dict[str, _Entry] = {}
-        self._sections: dict[str, list[tuple[PageSection, _Entry]]] = {}
+        self._pages: dict[str, _SearchedText] = {}
+        self._sections: dict[str, list[tuple[PageSection, _SearchedText]]] = {}
         for page in pages:
             title = _words(f"{page.listed.title} {page.listed.path} {page.listed.about}")
             entries = [_of_section(section, title) for section in page.sections]
             headings, prose, code = (
                 sum((entry.parts[at] for entry in entries), Counter()) for at in (1, 2, 3)
             )
-            self._pages[page.name] = _Entry((title, headings, prose, code))
+            self._pages[page.name] = _SearchedText((title, headings, prose, code))
             self._sections[page.name] = list(zip(page.sections, entries, strict=True))
 
     def search(self, words: Sequence[str]) -> Sequence[PageSection]:
@@ -98,12 +98,12 @@ class PageIndex:
         return max(sections, key=lambda section: sum(map(section[1].score, words)))[0]
 
 
-def _of_section(section: PageSection, title: Words) -> _Entry:
+def _of_section(section: PageSection, title: Words) -> _SearchedText:
     lines = list(lines_of(section.text))
     prose = "".join(line for line, is_code in lines if not is_code)
     code = "".join(line for line, is_code in lines if is_code)
     own = Counter[str]() if section.anchor else title
-    return _Entry((own, _words(section.titles[-1]), _words(prose), _words(code)))
+    return _SearchedText((own, _words(section.titles[-1]), _words(prose), _words(code)))
 
 
 def stem(word: str) -> str:

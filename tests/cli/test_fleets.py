@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from bt_mission.commands.completion import known
 from bt_mission.executive.events.events import Event, NodeChanged
-from bt_mission.sessions.session import Run
+from bt_mission.sessions.session import MissionRun
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.terminal.log_lines import LogLineView
 from tests.support.command_line import CommandLine
@@ -107,7 +107,7 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
 ) -> None:
     """With every goal confirmed; a mission that has ended stays as it is."""
 
-    def interrupt(_: LogLineView, run: Run, event: Event) -> None:
+    def interrupt(_: LogLineView, run: MissionRun, event: Event) -> None:
         match run.name, event:
             case "one", NodeChanged(node=node, status=Status.RUNNING) if node == TURN:
                 signal.raise_signal(signal.SIGINT)

@@ -23,7 +23,7 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import Run, Session
+from bt_mission.sessions.session import MissionRun, Session
 from tests.support.live_rig import Live
 
 START_NS = 1_217 * NS
@@ -35,7 +35,7 @@ class LiveSession(Session):
 
     def __init__(self, mission: MissionNode, live: Live) -> None:
         super().__init__()
-        self.runs = (Run.of(mission.runner),)
+        self.runs = (MissionRun.of(mission.runner),)
         self._live = live
 
     def step(self) -> None:

@@ -10,7 +10,7 @@ import pytest
 from bt_mission.base import interrupts
 from bt_mission.executive.events.events import Event
 from bt_mission.sessions.drive import StepDriver, drive
-from bt_mission.sessions.session import Run, StepCallback
+from bt_mission.sessions.session import MissionRun, StepCallback
 from bt_mission.sessions.view import View
 
 DRIVE = """\
@@ -29,7 +29,7 @@ class ClosedPipe(View):
     def __init__(self) -> None:
         self.shown = 0
 
-    def on_event(self, run: Run, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: Event) -> None:
         self.shown += 1
         raise BrokenPipeError
 

@@ -7,11 +7,11 @@ from typing import Any
 
 from bt_mission.executive.events.events import LogLine
 from bt_mission.executive.executive import Executive
-from bt_mission.sessions.session import Run, Session
+from bt_mission.sessions.session import MissionRun, Session
 from bt_mission.sessions.view import View
 
 
-class _PlayedRun(Run):
+class _PlayedRun(MissionRun):
     def __init__(self, executive: Executive, mission: Any) -> None:
         super().__init__()
         self.runner: Any = SimpleNamespace(executive=executive, mission=mission)

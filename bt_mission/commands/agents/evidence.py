@@ -17,20 +17,20 @@ class EvidenceError(BtMissionError):
     code = "BT-1403"
 
 
-class _Written(BaseModel):
+class _EvidencePart(BaseModel):
     """A part of the file of evidence, with the values that are read; it may have more."""
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
-class _Verdicts(_Written):
+class _Verdicts(_EvidencePart):
     holds: int
     excused: int = Field(0, alias="not applicable")
     least_margin: float | None = None
     unit: str = ""
 
 
-class _Runs(_Written):
+class _Runs(_EvidencePart):
     scenarios: int
     succeeded: int
     errors: int
@@ -38,24 +38,24 @@ class _Runs(_Written):
     requirements: dict[str, _Verdicts] = {}
 
 
-class _Finding(_Written):
+class _Finding(_EvidencePart):
     text: str
 
 
-class _ProvedRequirement(_Written):
+class _ProvedRequirement(_EvidencePart):
     requirement: str
     verdict: str
     why: str | None = None
 
 
-class _Proof(_Written):
+class _Proof(_EvidencePart):
     proved: list[str] = []
     why_not: list[str] = []
     findings: list[_Finding]
     requirements: list[_ProvedRequirement] = []
 
 
-class _File(_Written):
+class _File(_EvidencePart):
     is_checked: bool
     warnings: list[str]
     proof: _Proof | None

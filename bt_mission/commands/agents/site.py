@@ -25,12 +25,12 @@ from bt_mission.language.nodes.base import NodeModel, Written
 from bt_mission.language.nodes.composites import FinallyNode
 from bt_mission.language.nodes.interfaces import PublishNode, ServiceNode, WaitForNode
 from bt_mission.language.permissions import Permissions
-from bt_mission.requirements.checks import KnownNames, diagnostics_of_names
+from bt_mission.requirements.checks import RequirementNames, diagnostics_of_names
 from bt_mission.requirements.language.formula import root_of, signals_in
 from bt_mission.requirements.language.signals import SIGNALS
 from bt_mission.requirements.language.written import Requirements, requirements_of
 from bt_mission.robots.model import RobotModel, load_robot
-from bt_mission.sessions.check import Surroundings, examine
+from bt_mission.sessions.check import WorldAndRobot, examine
 from sim.world.loader import load_world
 from sim.world.world import World
 
@@ -159,7 +159,7 @@ class Site:
             world=str(self.path("worlds", self.written.world)),
             robot=str(self.path("robots", self.written.robot)),
             permissions=replace(ALONE, folders=(self.file.parent.absolute(),)),
-            given=Surroundings(self.world, self.robot),
+            given=WorldAndRobot(self.world, self.robot),
         )
         refused = list(self._head(document))
         if mission is not None:
@@ -275,7 +275,7 @@ def load_site(path: Path) -> Site:
     reader = NodeReader(document)
     written = reader.written(SiteFile, (), document.data)
     # Without nodes and variables: those are the mission's, which must not decide on a requirement.
-    names = diagnostics_of_names(document, KnownNames(nodes={}, variables=()))
+    names = diagnostics_of_names(document, RequirementNames(nodes={}, variables=()))
     diagnostics = [*reader.diagnostics, *names]
     known = tuple(sorted(declared()))
     actions = written.actions if written is not None else None

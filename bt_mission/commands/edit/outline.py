@@ -25,7 +25,7 @@ UNKNOWN = "?"
 
 
 @dataclass(frozen=True)
-class Box:
+class OutlineBox:
     """A node of a drawing.
 
     Attributes:
@@ -66,22 +66,22 @@ class Box:
         }
 
 
-def outline(root: TextSpan, text: str) -> list[Box]:
+def outline(root: TextSpan, text: str) -> list[OutlineBox]:
     """Return the boxes of a mission: itself, its tree, then its named trees."""
-    boxes: list[Box] = []
+    boxes: list[OutlineBox] = []
     if root.kind != "map":
         return boxes
     names = {key: root.parts[key].text for key in ("mission", "world") if key in root.parts}
     values = dict(_values(root, ("tree", "trees"), text))
     name, detail = names.get("mission", ""), names.get("world", "")
-    boxes.append(Box((), -1, MISSION, name, detail, root.start, root.end, values=values))
+    boxes.append(OutlineBox((), -1, MISSION, name, detail, root.start, root.end, values=values))
     tree = root.parts.get("tree")
     if tree is not None:
         _take(boxes, tree, ("tree",), 0, text)
     trees = root.parts.get("trees")
     for name, definition in (trees.parts if trees else {}).items():
         path: Path = ("trees", name)
-        boxes.append(Box(path, 0, NAMED_TREE, name, "", definition.start, definition.end))
+        boxes.append(OutlineBox(path, 0, NAMED_TREE, name, "", definition.start, definition.end))
         body = definition.parts.get("do")
         if body is not None:
             _take(boxes, body, (*path, "do"), len(boxes) - 1, text)
@@ -108,7 +108,7 @@ def kind_of(node: TextSpan) -> str:
     return kinds[0] if kinds else UNKNOWN
 
 
-def _take(boxes: list[Box], node: TextSpan, path: Path, parent: int, text: str) -> None:
+def _take(boxes: list[OutlineBox], node: TextSpan, path: Path, parent: int, text: str) -> None:
     waiting = [(node, path, parent)]
     while waiting:
         node, path, parent = waiting.pop()
@@ -117,7 +117,7 @@ def _take(boxes: list[Box], node: TextSpan, path: Path, parent: int, text: str) 
             shown = "" if node.is_empty else _on_one_line(node, text)
             kind = "" if node.is_empty else UNKNOWN
             place = (node.start, node.end, node.is_empty)
-            boxes.append(Box(path, parent, kind, "", shown, *place))
+            boxes.append(OutlineBox(path, parent, kind, "", shown, *place))
             continue
         kind = kind_of(node)
         name = node.parts["name"].text if "name" in node.parts else ""
@@ -126,7 +126,9 @@ def _take(boxes: list[Box], node: TextSpan, path: Path, parent: int, text: str) 
         detail = "" if kind == "invert" else detail
         left_out = (*LIST_KEYS, *CHILD_KEYS)
         values = dict(_values(node, left_out, text))
-        boxes.append(Box(path, parent, kind, name, detail, node.start, node.end, values=values))
+        boxes.append(
+            OutlineBox(path, parent, kind, name, detail, node.start, node.end, values=values)
+        )
         below = [(child, (*path, *rest), index) for child, rest in _places(node, kind)]
         waiting.extend(reversed(below))
 

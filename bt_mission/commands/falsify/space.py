@@ -11,13 +11,13 @@ from bt_mission.commands.falsify.material import Material, material_of
 from bt_mission.commands.falsify.starts import FreeSpace
 from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.concrete.ranges import (
-    Choices,
     Interval,
     ObstacleRanges,
     Parameter,
     Ranges,
-    Span,
     StartRanges,
+    ValueChoice,
+    ValueRange,
 )
 from bt_mission.scenarios.draws import Draws, maybe, number, one_of
 from bt_mission.scenarios.faults.drawable import ACTIONS, LONGEST_S, STEP_S, Drawable
@@ -45,7 +45,7 @@ PLACE_STEP = 0.05
 YAW_STEP = 5.0
 """Degrees."""
 
-TO_AHEAD, TO_LEFT = Span(-0.5, 2.0), Span(-1.5, 1.5)
+TO_AHEAD, TO_LEFT = ValueRange(-0.5, 2.0), ValueRange(-1.5, 1.5)
 """The target of an obstacle that moves, m from the robot's pose when the obstacle appears."""
 
 SLOWEST = 0.05
@@ -78,14 +78,14 @@ class SearchSpace:
         self._start = StartRanges() if ranges.start == "anywhere" else ranges.start
         self._free = FreeSpace(base)
         self._limit = ranges.limit
-        whole_run = Span(0.0, max(STEP_S, latest_s))
-        usual = Span(STEP_S, whole_run.high)
+        whole_run = ValueRange(0.0, max(STEP_S, latest_s))
+        usual = ValueRange(STEP_S, whole_run.high)
         self._obstacles: ObstacleRanges = ranges.obstacles
         self._most_obstacles = min(ranges.obstacles.most, MOST_OBSTACLES - _obstacles_in(base))
-        self._obstacle_times: Span = ranges.obstacles.times or whole_run
-        self._fault_times: Span = ranges.faults.times or whole_run
-        self._lasting: Span | None = ranges.faults.lasting
-        lasting = self._lasting or Span(STEP_S, LONGEST_S)
+        self._obstacle_times: ValueRange = ranges.obstacles.times or whole_run
+        self._fault_times: ValueRange = ranges.faults.times or whole_run
+        self._lasting: ValueRange | None = ranges.faults.lasting
+        lasting = self._lasting or ValueRange(STEP_S, LONGEST_S)
 
         def allowed(periods: Sequence[float]) -> list[float]:
             """Return the periods that the ranges allow."""
@@ -98,7 +98,7 @@ class SearchSpace:
             given.leaves,
             given.actions or ACTIONS,
             _steps(self._fault_times),
-            _steps(Span(max(STEP_S, lasting.low), lasting.high)),
+            _steps(ValueRange(max(STEP_S, lasting.low), lasting.high)),
             topics=given.topics,
             services=given.services,
             fields=given.fields,
@@ -212,17 +212,17 @@ def _obstacles_in(base: BaseScenario) -> int:
     return min(MOST_OBSTACLES, len(base.data.get("obstacles", ())) + spawned)
 
 
-def _is_in(span: Span, value: Any) -> bool:
+def _is_in(span: ValueRange, value: Any) -> bool:
     return bool(span.low <= value <= span.high)
 
 
-def _within(draws: Draws, given: Span | Parameter, step: float) -> Any:
-    if isinstance(given, Choices):
+def _within(draws: Draws, given: ValueRange | Parameter, step: float) -> Any:
+    if isinstance(given, ValueChoice):
         return one_of(draws, given.values)
     return number(draws, given.low, given.high, step)
 
 
-def _steps(span: Span) -> Span:
+def _steps(span: ValueRange) -> ValueRange:
     """Return a span of times whose ends are steps."""
     low = round(span.low / STEP_S) * STEP_S
-    return Span(low, max(low, round(span.high / STEP_S) * STEP_S))
+    return ValueRange(low, max(low, round(span.high / STEP_S) * STEP_S))

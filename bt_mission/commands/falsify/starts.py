@@ -13,7 +13,7 @@ from bt_mission.base.yaml.document import read
 from bt_mission.commands.falsify.candidate import given_world
 from bt_mission.robots.model import load_robot
 from bt_mission.scenarios.concrete.base_scenario import BaseScenario
-from bt_mission.scenarios.concrete.ranges import Span
+from bt_mission.scenarios.concrete.ranges import ValueRange
 from sim.world.loader import load_world, world_in
 from sim.world.occupancy import FREE, OccupancyMap, rasterise
 from sim.world.world import World
@@ -33,12 +33,12 @@ class FreeSpace:
         self._base = base
         self._maps: dict[str | None, OccupancyMap] = {}
 
-    def floor(self, world: str | None) -> tuple[Span, Span]:
+    def floor(self, world: str | None) -> tuple[ValueRange, ValueRange]:
         """Return the ends of x and y of a world, m; None is that of the base."""
         grid = self._map(world)
         rows, columns = grid.cells.shape
         (x, y), edge = grid.origin, grid.resolution
-        return Span(_r(x), _r(x + columns * edge)), Span(_r(y), _r(y + rows * edge))
+        return ValueRange(_r(x), _r(x + columns * edge)), ValueRange(_r(y), _r(y + rows * edge))
 
     def nearest(self, world: str | None, x: float, y: float) -> tuple[float, float]:
         """Return the nearest free place, m; the place itself if it is free."""

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.commands.prove.choices import NOTHING, Option
+from bt_mission.commands.prove.choices import NOTHING, Possibility
 from bt_mission.commands.prove.clients import AnyBehaviour
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.behaviours.cleanup import Finally
@@ -190,5 +190,5 @@ class BoundedRepeat(Repeat):
         return super()._after_round()
 
     @cached_property
-    def _last_or_not(self) -> tuple[Option, ...]:
-        return NOTHING, Option(f"'{self.name}' has done its rounds")
+    def _last_or_not(self) -> tuple[Possibility, ...]:
+        return NOTHING, Possibility(f"'{self.name}' has done its rounds")

@@ -10,7 +10,7 @@ UNBOUNDED = math.inf
 """The number of faults without a bound."""
 
 
-class Option(NamedTuple):
+class Possibility(NamedTuple):
     """One thing that may happen.
 
     Attributes:
@@ -26,7 +26,7 @@ class Option(NamedTuple):
     is_event: bool = True
 
 
-NOTHING = Option("")
+NOTHING = Possibility("")
 
 NEVER = math.inf
 """The faults of what never happens."""
@@ -99,7 +99,7 @@ class Choices:
         """The options taken since :meth:`begin`."""
         return tuple(self._taken)
 
-    def choose(self, options: Sequence[Option]) -> int:
+    def choose(self, options: Sequence[Possibility]) -> int:
         """Take an option; return its index.
 
         Raises:

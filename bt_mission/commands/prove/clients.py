@@ -10,7 +10,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.commands.prove.answers import ANSWERS, SILENT, Answer, AnswerSet
-from bt_mission.commands.prove.choices import NOTHING, Choices, Option
+from bt_mission.commands.prove.choices import NOTHING, Choices, Possibility
 from bt_mission.commands.prove.domains import attribute_domain
 from bt_mission.commands.prove.goal_servers import MOST_DELAYS, Question
 from bt_mission.commands.prove.uses import Use
@@ -102,7 +102,7 @@ class Service:
         """Yield what may happen to the oldest call."""
         if not self.calls or self.is_mute:
             return
-        options: list[Option] = []
+        options: list[Possibility] = []
         for row in self._answers.at("called", self.name):
             if row.name == "no_response":
                 options.append(_option(self.name, row, self._fall_silent))
@@ -233,7 +233,10 @@ class Topic:
             self.is_aged[self.name] = True
             words = [f"{self.name} is silent for {age_s:g} s" for age_s in ages]
             acts = [partial(self._age, age_s) for age_s in ages]
-            yield (NOTHING, *(Option(text, 0, act) for text, act in zip(words, acts, strict=True)))
+            yield (
+                NOTHING,
+                *(Possibility(text, 0, act) for text, act in zip(words, acts, strict=True)),
+            )
 
     @property
     def ages_left(self) -> list[float]:
@@ -246,7 +249,7 @@ class Topic:
     def _age(self, age_s: float) -> None:
         self.age_s = age_s
 
-    def _messages(self, waiting: list[WaitFor]) -> list[Option]:
+    def _messages(self, waiting: list[WaitFor]) -> list[Possibility]:
         if self.is_quiet or not (waiting or self._follows):
             return []
         row = ANSWERS["value" if self._follows else "message"]
@@ -413,7 +416,7 @@ class AnyBehaviour(Leaf):
             cases = self._cases.considered(cases, self._answers, self.name)
             cases = [case for case in cases if case.value == case.value]  # NaN: it raises
             options = [
-                Option(f"'{self.name}' gives {variable} = {case.value!r}", case.faults)
+                Possibility(f"'{self.name}' gives {variable} = {case.value!r}", case.faults)
                 for case in cases
             ]
             index = self._choices.choose(options) if len(options) > 1 else 0
@@ -447,7 +450,7 @@ class Draw(Random):
     ) -> None:
         super().__init__(0)
         self._name, self._choices, self._values = name, choices, values
-        self._options: dict[tuple[float, ...], tuple[Option, ...]] = Known()
+        self._options: dict[tuple[float, ...], tuple[Possibility, ...]] = Known()
 
     def random(self) -> float:
         """Choose a number."""
@@ -456,7 +459,7 @@ class Draw(Random):
             return values[0]
         if values not in self._options:
             self._options[values] = tuple(
-                Option(f"{self._name} draws {value:.3g} of 1") for value in values
+                Possibility(f"{self._name} draws {value:.3g} of 1") for value in values
             )
         return values[self._choices.choose(self._options[values])]
 
@@ -468,11 +471,11 @@ class Draw(Random):
         possible = [
             entry for index, entry in enumerate(population) if weights is None or weights[index] > 0
         ]
-        options = [Option(f"{self._name} draws {entry + 1}") for entry in possible]
+        options = [Possibility(f"{self._name} draws {entry + 1}") for entry in possible]
         return [possible[self._choices.choose(options)]]
 
 
-class Draws(dict[str, Generator]):
+class NamedGenerators(dict[str, Generator]):
     """Makes a generator for each name.
 
     Args:
@@ -493,9 +496,9 @@ class Draws(dict[str, Generator]):
 
 def _option(
     name: str, row: Answer, act: Callable[[], None] | None = None, more: str = ""
-) -> Option:
+) -> Possibility:
     words = f"{name} {row.words}{more}" if row.words else ""
-    return Option(words, row.faults, act, row.name not in SILENT)
+    return Possibility(words, row.faults, act, row.name not in SILENT)
 
 
 def _ignore(*_: Any) -> None:

@@ -28,7 +28,7 @@ from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option
 
 if TYPE_CHECKING:
-    from bt_mission.commands.prove.explorer import Bounds, Progress
+    from bt_mission.commands.prove.explorer import Bounds, ExplorationProgress
     from bt_mission.commands.prove.proof import Proof, ProofOptions
     from bt_mission.language.mission import Mission
     from bt_mission.scenarios.scenario import ScenarioResult
@@ -146,7 +146,7 @@ def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Pa
     from tempfile import TemporaryDirectory
 
     from bt_mission.commands.prove.confirm import confirmed
-    from bt_mission.commands.prove.proof import StageRun
+    from bt_mission.commands.prove.proof import StagedFinding
 
     if folder is not None:
         findings = tuple(confirmed(proof.findings, mission, options, folder, _reported))
@@ -155,7 +155,7 @@ def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Pa
         return proof
     with TemporaryDirectory() as name:
         findings = tuple(
-            replace(entry, stage=replace(entry.stage or StageRun(), scenario=""))
+            replace(entry, stage=replace(entry.stage or StagedFinding(), scenario=""))
             for entry in confirmed(proof.findings, mission, options, Path(name))
         )
     return replace(proof, findings=findings)
@@ -204,7 +204,7 @@ def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof
     from bt_mission.base.interrupts import InterruptSignals
     from bt_mission.base.wall_clock import Stopwatch
     from bt_mission.commands.prove import proof
-    from bt_mission.commands.prove.explorer import Progress as Explored
+    from bt_mission.commands.prove.explorer import ExplorationProgress as Explored
     from bt_mission.views.terminal import progress
 
     newest, watch = Explored(), Stopwatch()
@@ -216,7 +216,7 @@ def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof
         mission.name, None, notes, sys.stderr, unit="states", quiet=is_quiet
     )
 
-    def show(explored: Progress) -> bool:
+    def show(explored: ExplorationProgress) -> bool:
         nonlocal newest
         newest = explored
         shown.show(explored.states)

@@ -17,7 +17,7 @@ from bt_mission.base.text import escape_control
 from bt_mission.base.yaml.dump import to_yaml
 from bt_mission.commands.prove.claims import ONE_GOAL
 from bt_mission.commands.prove.played import played
-from bt_mission.commands.prove.proof import Finding, ProofOptions, StageRun
+from bt_mission.commands.prove.proof import Finding, ProofOptions, StagedFinding
 from bt_mission.commands.prove.requirements import STATUSES
 from bt_mission.language.mission import Mission
 from bt_mission.scenarios.run import run_scenario
@@ -48,7 +48,7 @@ _PLACE = re.compile(r"^\S+:\d+:\d+: ")
 
 
 @dataclass(frozen=True)
-class Check:
+class Confirmation:
     """The expected result of a scenario, and how its run confirms the finding.
 
     Attributes:
@@ -67,7 +67,7 @@ class Check:
     why_not: str = ""
 
 
-def check_of(finding: Finding) -> Check:
+def check_of(finding: Finding) -> Confirmation:
     """Return the check of a finding.
 
     Raises:
@@ -81,7 +81,7 @@ def check_of(finding: Finding) -> Check:
             one_goal, actions = f"one goal at the {part}", broken.about.split()
             accepted = [f'accepted("{owner}")' for owner in dict.fromkeys(broken.nodes)]
             uncounted = [action for action in actions if moved_part(action) != part]
-            return Check(
+            return Confirmation(
                 lambda result: one_goal in result.violated,
                 requirements={
                     one_goal: f"never {' and '.join([f'goals_at_{part} > 1', *accepted])}"
@@ -90,16 +90,18 @@ def check_of(finding: Finding) -> Check:
                 why_not=f"goals_at_{part} does not count {listed(uncounted)}" if uncounted else "",
             )
         case "requirement":
-            return Check(lambda result: finding.requirement in result.violated, limit_s=BEHIND_S)
+            return Confirmation(
+                lambda result: finding.requirement in result.violated, limit_s=BEHIND_S
+            )
         case "unset_variable" | "unhandled":
             pattern = _reason_of(finding)
-            return Check(
+            return Confirmation(
                 lambda result: re.search(pattern, result.report.reason) is not None,
                 expect={"reason": f"^(?!.*{pattern})"},
             )
         case "ends" if finding.property == "ends":
             is_cycle = broken is not None and broken.about == "cycle"
-            return Check(
+            return Confirmation(
                 lambda result: result.report.status == "interrupted",
                 limit_s=LONGEST_S,
                 has_open_goals=not is_cycle,
@@ -107,14 +109,14 @@ def check_of(finding: Finding) -> Check:
         case "cleanup" if finding.property == "cleanup":
             cleanup = f"{finding.nodes[0]}.1"
             has_run = " or ".join(f'{word}("{cleanup}")' for word in STATUSES)
-            return Check(
+            return Confirmation(
                 lambda result: CLEANED in result.violated,
                 requirements={CLEANED: f"eventually {has_run}"},
                 limit_s=BEHIND_S,
             )
         case "goals_accounted" if finding.property == "goals_accounted":
             owner = finding.nodes[0]
-            return Check(
+            return Confirmation(
                 lambda result: ACCOUNTED in result.violated,
                 requirements={ACCOUNTED: f'never accepted("{owner}") and open_goals < 1'},
                 limit_s=BEHIND_S,
@@ -197,7 +199,7 @@ def confirmed(
         try:
             data = scenario_data(finding, mission, options, folder)
         except BtMissionError as error:
-            yield replace(finding, stage=StageRun(why_not=str(error)))
+            yield replace(finding, stage=StagedFinding(why_not=str(error)))
             continue
         yield replace(finding, stage=_run(finding, data, mission, options, folder / name, run))
 
@@ -209,7 +211,7 @@ def _run(
     options: ProofOptions,
     stem: Path,
     run: Callable[[Path], ScenarioResult],
-) -> StageRun:
+) -> StagedFinding:
     """Write the files of a finding, and run them; of random draws, with several seeds."""
     check, way = check_of(finding), played(lambda: options.environment(mission), finding.way)
     environment = way.environment
@@ -233,7 +235,7 @@ def _run(
     return replace(files, is_confirmed=False)
 
 
-def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StageRun:
+def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StagedFinding:
     """Write the scenario."""
     scenario = stem.with_name(f"{stem.name}.scenario.yaml")
     make_folder_of(scenario)
@@ -242,7 +244,7 @@ def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StageRun:
     wrapped = [line for whole in lines for line in textwrap.wrap(_line(whole), 90)]
     comment = "\n".join(f"# {line}" for line in wrapped)
     write_file(scenario, f"{comment}\n#\n#   bt-mission run {scenario.name}\n\n{to_yaml(data)}")
-    return StageRun(scenario=str(scenario))
+    return StagedFinding(scenario=str(scenario))
 
 
 def _name(mission: str, finding: Finding, names: set[str]) -> str:

@@ -35,11 +35,11 @@ from bt_mission.commands.prove.choices import (
     NOTHING,
     UNBOUNDED,
     Choices,
-    Option,
     OutOfFaultsError,
+    Possibility,
     Script,
 )
-from bt_mission.commands.prove.clients import AnyBehaviour, Draws, Service
+from bt_mission.commands.prove.clients import AnyBehaviour, NamedGenerators, Service
 from bt_mission.commands.prove.goal_servers import Question, ServedGoal
 from bt_mission.commands.prove.limits import Due, RunningLimits
 from bt_mission.commands.prove.memento import Keeper, Memento
@@ -160,7 +160,7 @@ class Environment(OfferedClients):
         """The instant of the last tick, ns. Where it was quiet, time has passed since."""
         self.entered: set[int] = set()
         """Indices of the nodes that have changed their status in the last step."""
-        self.scope = Scope(dict(mission.inputs), mission.seed, Draws(self.draw))
+        self.scope = Scope(dict(mission.inputs), mission.seed, NamedGenerators(self.draw))
         self.ledger = Ledger(0, CANCEL_GRACE_NS, retry_ns=NEVER_NS, server_check_ns=0)
         behaviours = MappingProxyType(
             {**BEHAVIOURS, PythonNode: AnyBehaviour, RepeatNode: BoundedRepeat}
@@ -381,7 +381,7 @@ class Environment(OfferedClients):
             faults = self._limits.faults_of(due)
             if faults != NEVER and not self._limits.is_renewed(due):
                 words = due.words or "a limit is over"
-                yield due, (NOTHING, Option(words, int(faults), partial(self._end, due)))
+                yield due, (NOTHING, Possibility(words, int(faults), partial(self._end, due)))
 
     def questions(self) -> Iterator[Question]:
         """Yield what may happen before the next tick, in a fixed order."""
@@ -396,9 +396,9 @@ class Environment(OfferedClients):
         for node, words in self._loose.items():
             if is_limited(node) and self._may_be_late(node):
                 late = int(isinstance(node, ActionLeaf))
-                yield NOTHING, Option(words, late, partial(self._meet, node))
+                yield NOTHING, Possibility(words, late, partial(self._meet, node))
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
-            yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
+            yield NOTHING, Possibility(INTERRUPT, 0, self._interrupt)
 
     @property
     def _reads_topics(self) -> bool:

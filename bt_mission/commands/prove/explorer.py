@@ -35,7 +35,7 @@ KEPT_EVERY = 8
 """Steps from one kept memento to the next; the mission takes those in between again."""
 
 
-class Claims(Protocol):
+class StateChecks(Protocol):
     """The checks of every state."""
 
     def look(self, environment: Environment) -> tuple[Any, ...]:
@@ -46,7 +46,7 @@ class Claims(Protocol):
 
 
 @dataclass
-class Progress:
+class ExplorationProgress:
     """How far an exploration has come."""
 
     states: int = 0
@@ -74,7 +74,7 @@ class Explored:
             that were not taken.
     """
 
-    progress: Progress
+    progress: ExplorationProgress
     is_exhaustive: bool = True
     why_not: str = ""
     came_from: array[int] = field(default_factory=lambda: array("i"))
@@ -192,7 +192,7 @@ class Bounds:
     seconds: float | None = None
     megabytes: float | None = None
 
-    def why_over(self, progress: Progress, elapsed_s: float) -> str:
+    def why_over(self, progress: ExplorationProgress, elapsed_s: float) -> str:
         """Return which bound is reached; "" for none."""
         if self.states is not None and progress.states >= self.states:
             return f"the budget of {self.states:,} states is used up"
@@ -223,10 +223,10 @@ class _Waiting:
 
 def explore(
     environment: Environment,
-    claims: Claims,
+    claims: StateChecks,
     bounds: Bounds | None = None,
     elapsed_s: Callable[[], float] = float,
-    on_progress: Callable[[Progress], bool] = lambda _: True,
+    on_progress: Callable[[ExplorationProgress], bool] = lambda _: True,
     *,
     learns: bool = True,
 ) -> Explored:
@@ -254,11 +254,11 @@ def explore(
 
 
 class _Exploration:
-    def __init__(self, environment: Environment, claims: Claims, *, learns: bool) -> None:
+    def __init__(self, environment: Environment, claims: StateChecks, *, learns: bool) -> None:
         self._environment, self._claims = environment, claims
         self._learns = learns
         self._known = KnownSteps(environment)
-        self._explored = Explored(Progress(), digests=self._known.digests)
+        self._explored = Explored(ExplorationProgress(), digests=self._known.digests)
         self._numbers: dict[int | bytes, int] = {}
         """The states by their keys."""
         self._same: dict[Script, Script] = {}
@@ -276,7 +276,7 @@ class _Exploration:
         self,
         bounds: Bounds,
         elapsed_s: Callable[[], float],
-        on_progress: Callable[[Progress], bool],
+        on_progress: Callable[[ExplorationProgress], bool],
     ) -> Explored:
         """Take every step of every state."""
         explored, queue = self._explored, self._queue

@@ -9,14 +9,14 @@ from typing import Any, TypeAlias
 from py_trees.common import Status
 
 from bt_mission.commands.prove.answers import ANSWERS, ROWS, SILENT, Answer, AnswerSet
-from bt_mission.commands.prove.choices import NOTHING, Choices, Option
+from bt_mission.commands.prove.choices import NOTHING, Choices, Possibility
 from bt_mission.commands.prove.values import Known, Message, ValueCases, more_words
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.executive.behaviours.evaluator import Evaluator
-from bt_mission.executive.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.executive.goals.goal import Goal, GoalStatus, GoalTrigger, Phase
 from bt_mission.ros.interface_types import action_type, fill
 
-Question: TypeAlias = tuple[Option, ...]
+Question: TypeAlias = tuple[Possibility, ...]
 """What may happen next at one place: exactly one of these options is taken."""
 
 
@@ -123,7 +123,7 @@ class GoalServer:
         """Holds something if an answer might have been later than it was."""
         self.is_lost = False
         """Has it gone since the last tick? Its attempts notice that in the next one."""
-        self.on_answer: Callable[[Goal, Event | GoalStatus | None, Any], None] = _ignore
+        self.on_answer: Callable[[Goal, GoalTrigger | GoalStatus | None, Any], None] = _ignore
         """Called before a goal takes an answer: an event; the status and message of its result;
         or None and feedback."""
 
@@ -258,7 +258,7 @@ class GoalServer:
                 return self._rows("working", served, NOTHING)
         return None
 
-    def _not_yet(self, served: ServedGoal) -> Option | None:
+    def _not_yet(self, served: ServedGoal) -> Possibility | None:
         """Return that an answer comes later; None where it has come late enough."""
         is_released = served.goal.orphaned_ns is not None
         if self.is_untimed or (is_released and self.may_be_given_up(served)):
@@ -280,9 +280,9 @@ class GoalServer:
         served.delays += 1
 
     def _rows(
-        self, stage: str, served: ServedGoal, *first: Option, last: Option | None = None
+        self, stage: str, served: ServedGoal, *first: Possibility, last: Possibility | None = None
     ) -> Question | None:
-        options: list[Option] = []
+        options: list[Possibility] = []
         is_read = served.is_read
         for row in self._answers.at(stage, self.name):
             if is_read or row.name not in UNREAD:
@@ -291,7 +291,7 @@ class GoalServer:
             options.append(last)
         return (*first, *options) if options else None
 
-    def _options(self, row: Answer, served: ServedGoal) -> Iterator[Option]:
+    def _options(self, row: Answer, served: ServedGoal) -> Iterator[Possibility]:
         match row.name:
             case "silence":
                 if served.leaf is not None and not served.is_silent:
@@ -318,23 +318,25 @@ class GoalServer:
             case _:
                 yield self._option(row, partial(getattr(self, row.name), served))
 
-    def _option(self, row: Answer, act: Callable[[], None] | None = None, more: str = "") -> Option:
+    def _option(
+        self, row: Answer, act: Callable[[], None] | None = None, more: str = ""
+    ) -> Possibility:
         words = self._words.get(row.name, "")
-        return Option(words + more if words else "", row.faults, act, row.name not in SILENT)
+        return Possibility(words + more if words else "", row.faults, act, row.name not in SILENT)
 
     # ---- the answers ------------------------------------------------------------------------
 
     def accept(self, served: ServedGoal) -> None:
         """Accept the goal."""
         served.stage, served.delays = "working", 0
-        self._pass_event(served, Event.ACCEPTED)
+        self._pass_event(served, GoalTrigger.ACCEPTED)
 
     late_accept = accept
 
     def reject(self, served: ServedGoal) -> None:
         """Reject it."""
         served.stage = "over"
-        self._pass_event(served, Event.REJECTED)
+        self._pass_event(served, GoalTrigger.REJECTED)
 
     def no_answer(self, served: ServedGoal) -> None:
         """Answer nothing."""
@@ -349,7 +351,7 @@ class GoalServer:
     def refuse_cancel(self, served: ServedGoal) -> None:
         """Refuse this cancel and every later one."""
         served.refuses, served.is_cancel_open, served.delays = True, False, 0
-        self._pass_event(served, Event.CANCEL_REFUSED)
+        self._pass_event(served, GoalTrigger.CANCEL_REFUSED)
 
     def ignore_cancel(self, served: ServedGoal) -> None:
         """Answer no cancel."""
@@ -365,7 +367,7 @@ class GoalServer:
         self.on_answer(served.goal, status, result)
         served.goal.on_result(status, result)
 
-    def _pass_event(self, served: ServedGoal, event: Event) -> None:
+    def _pass_event(self, served: ServedGoal, event: GoalTrigger) -> None:
         self.on_answer(served.goal, event, None)
         served.goal.on(event)
 
@@ -386,7 +388,7 @@ class GoalServer:
         collected: list[Message] = self._results_of[served.leaf]
         return collected
 
-    def _feedback(self, row: Answer, served: ServedGoal, *, holds: bool) -> Iterator[Option]:
+    def _feedback(self, row: Answer, served: ServedGoal, *, holds: bool) -> Iterator[Possibility]:
         leaf = served.leaf
         if leaf is None or leaf.attempt is None or leaf.attempt.goal is not served.goal:
             return
@@ -417,7 +419,7 @@ class GoalServer:
         yield self._option(row, feed)
 
 
-def _ignore(_goal: Goal, _answer: Event | GoalStatus | None, _message: Any) -> None:
+def _ignore(_goal: Goal, _answer: GoalTrigger | GoalStatus | None, _message: Any) -> None:
     """Note no answer."""
 
 

@@ -11,8 +11,14 @@ from typing import Any
 from bt_mission.commands.prove.choices import Script
 from bt_mission.commands.prove.environment import INTERRUPT, START_NS, TICK_NS, Environment
 from bt_mission.commands.prove.goal_servers import GoalServer
-from bt_mission.commands.prove.timelines import BEAT_S, Effect, Timeline, Timelines, seconds_of
-from bt_mission.executive.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.commands.prove.timelines import (
+    BEAT_S,
+    Effect,
+    EffectTimeline,
+    Timelines,
+    seconds_of,
+)
+from bt_mission.executive.goals.goal import Goal, GoalStatus, GoalTrigger, Phase
 
 ENDS = {
     GoalStatus.SUCCEEDED: "succeed",
@@ -84,7 +90,7 @@ class Played:
         self.environment = environment
         self._known: dict[int, PlayedGoal] = {}
         self._before_ns = START_NS
-        self._away = {server.name: Timeline() for server in environment.goal_servers}
+        self._away = {server.name: EffectTimeline() for server in environment.goal_servers}
         self.pauses: Counter[int] = Counter()
         began_ns: list[int] = []
         left = 0
@@ -157,11 +163,13 @@ class Played:
             self._note_presence(server)
             self._note_silence(server)
 
-    def _note_answer(self, goal: Goal, answer: Event | GoalStatus | None, message: Any) -> None:
+    def _note_answer(
+        self, goal: Goal, answer: GoalTrigger | GoalStatus | None, message: Any
+    ) -> None:
         entry = self._known.get(id(goal))
         if entry is None:
             return
-        if isinstance(answer, Event):
+        if isinstance(answer, GoalTrigger):
             self._note_event(entry, answer)
         elif answer is None:
             self._note_feedback(entry, message)
@@ -172,15 +180,15 @@ class Played:
         """Return when an answer comes that the next tick sees, s since the goal was sent."""
         return seconds_of(self.environment.now_ns + TICK_NS - entry.goal.sent_ns)
 
-    def _note_event(self, entry: PlayedGoal, event: Event) -> None:
+    def _note_event(self, entry: PlayedGoal, event: GoalTrigger) -> None:
         match event:
-            case Event.REJECTED:
+            case GoalTrigger.REJECTED:
                 if "answer" in entry.written:
                     entry.written["answer_after"] = self._since(entry)
                 entry.written["answer"] = "reject"
-            case Event.CANCEL_REFUSED:
+            case GoalTrigger.CANCEL_REFUSED:
                 entry.written["cancel"] = "refuse"
-            case Event.ACCEPTED if "answer" in entry.written:
+            case GoalTrigger.ACCEPTED if "answer" in entry.written:
                 del entry.written["answer"]
                 entry.written["answer_after"] = self._since(entry)
 

@@ -24,8 +24,8 @@ from bt_mission.commands.prove.claims import (
 from bt_mission.commands.prove.environment import Environment
 from bt_mission.commands.prove.explorer import (
     Bounds,
+    ExplorationProgress,
     Explored,
-    Progress,
     explore,
     replay,
 )
@@ -89,7 +89,7 @@ class ProofOptions:
 
 
 @dataclass(frozen=True)
-class StageRun:
+class StagedFinding:
     """A finding as a scenario, and what its run on the stage has shown.
 
     Attributes:
@@ -135,11 +135,11 @@ class Finding:
     requirement: str = ""
     nodes: tuple[str, ...] = ()
     broken: Broken | None = None
-    stage: StageRun | None = None
+    stage: StagedFinding | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        stage = self.stage or StageRun()
+        stage = self.stage or StagedFinding()
         return {
             "property": self.property,
             "node": self.node or None,
@@ -289,7 +289,7 @@ def prove(
     mission: Mission,
     options: ProofOptions | None = None,
     elapsed_s: Callable[[], float] = float,
-    on_progress: Callable[[Progress], bool] = lambda _: True,
+    on_progress: Callable[[ExplorationProgress], bool] = lambda _: True,
 ) -> Proof:
     """Visit the states of a mission, and say which properties hold.
 
@@ -313,7 +313,7 @@ def _proved(
     mission: Mission,
     options: ProofOptions,
     elapsed_s: Callable[[], float],
-    on_progress: Callable[[Progress], bool],
+    on_progress: Callable[[ExplorationProgress], bool],
     *,
     learns: bool,
 ) -> Proof:
@@ -420,7 +420,7 @@ def _widened(
     mission: Mission,
     options: ProofOptions,
     elapsed_s: Callable[[], float],
-    on_progress: Callable[[Progress], bool],
+    on_progress: Callable[[ExplorationProgress], bool],
     *,
     is_untimed: bool,
 ) -> Claims | None:
@@ -524,7 +524,7 @@ def _dead_nodes(
     mission: Mission,
     options: ProofOptions,
     elapsed_s: Callable[[], float],
-    on_progress: Callable[[Progress], bool],
+    on_progress: Callable[[ExplorationProgress], bool],
     *,
     learns: bool,
     is_timed: bool,
@@ -533,7 +533,7 @@ def _dead_nodes(
     faults = options.faults + MORE_FAULTS
     claims, environment = Claims(), options.environment(mission, faults)
 
-    def is_wanted(progress: Progress) -> bool:
+    def is_wanted(progress: ExplorationProgress) -> bool:
         return on_progress(progress) and len(claims.entered) < len(environment.executive.nodes)
 
     explored = explore(environment, claims, options.bounds, elapsed_s, is_wanted, learns=learns)

@@ -17,7 +17,7 @@ from bt_mission.language.mission import Mission
 
 
 @dataclass
-class Refusal:
+class RevisionRefusal:
     """Why a revision is refused in some states.
 
     Attributes:
@@ -44,7 +44,7 @@ class RevisedEverywhere:
 
     states: int = 0
     cancels: set[str] = field(default_factory=set)
-    refusals: dict[str, Refusal] = field(default_factory=dict)
+    refusals: dict[str, RevisionRefusal] = field(default_factory=dict)
 
     def find_ways(self, steps_to: Callable[[int], tuple[str, ...]]) -> None:
         """Find the ways to the states in which it is refused."""
@@ -115,5 +115,5 @@ class RevisionClaims(Claims):
                 case "cancels":
                     self._result.cancels.add(broken.about)
                 case _:
-                    refusal = Refusal(broken.about, state=state)
+                    refusal = RevisionRefusal(broken.about, state=state)
                     self._result.refusals.setdefault(broken.about, refusal).states += 1

@@ -21,7 +21,7 @@ class Effect(NamedTuple):
     arguments: Mapping[str, Any]
 
 
-class Timeline:
+class EffectTimeline:
     """What happens to one thing: each effect lasts until the next begins.
 
     Attributes:
@@ -88,7 +88,7 @@ class Timelines:
         self.doubts: list[str] = []
         self.others: list[str] = []
         self._environment = environment
-        self._known: dict[str, Timeline] = {}
+        self._known: dict[str, EffectTimeline] = {}
         self._answers: list[str] = []
         """The faults of single answers of services."""
         self._beats: dict[str, int] = {}
@@ -98,15 +98,15 @@ class Timelines:
         message came, ns."""
         self._began_ns = START_NS
         for topic in environment.topics:
-            self._known[topic.name] = Timeline(_dropped(topic))
+            self._known[topic.name] = EffectTimeline(_dropped(topic))
             topic.on_message = self._noter(topic)
         for publisher in environment.publishers:
-            self._known[publisher.name] = Timeline(self._subscribed(publisher))
+            self._known[publisher.name] = EffectTimeline(self._subscribed(publisher))
         for service in environment.services:
-            self._known[service.name] = Timeline(_served(service))
+            self._known[service.name] = EffectTimeline(_served(service))
             service.on_response = self._response_noter(service)
         for leaf in environment.any_behaviours:
-            self._known[self._path_of(leaf)] = Timeline()
+            self._known[self._path_of(leaf)] = EffectTimeline()
             leaf.on_answer = self._answer_noter(leaf)
         leaves = [f"'{leaf.name}'" for leaf in environment.any_behaviours]
         clients = [name for name in self._known if name.startswith("/")]

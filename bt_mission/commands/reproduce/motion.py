@@ -50,7 +50,7 @@ GRIPS = (0.0, 0.02, 0.05, 0.1, 0.2)
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionAccounts:
     """The accounts of the motion at the same instants, 20 Hz; NaN where one is missing."""
 
     times: Floats
@@ -75,7 +75,7 @@ def separation_of(robot: RobotModel) -> float:
     )
 
 
-def motion_of(evidence: Evidence, robot: RobotModel) -> Motion:
+def motion_of(evidence: Evidence, robot: RobotModel) -> MotionAccounts:
     """Return the accounts of the motion.
 
     Odometry is the mean of an interval, wheels are of an instant, so two of these are averaged.
@@ -98,7 +98,7 @@ def motion_of(evidence: Evidence, robot: RobotModel) -> Motion:
         turn = (yaw - yaw0) / STEP_S
     else:
         ahead = aside = turn = np.full(len(times), np.nan)
-    return Motion(
+    return MotionAccounts(
         times=times,
         command_v=_held(evidence.commands, 1, times),
         command_w=_held(evidence.commands, 2, times),
@@ -161,7 +161,9 @@ def motion_faults(
 # ---- motors and blocked wheels ---------------------------------------------------------------
 
 
-def _not_turning(evidence: Evidence, robot: RobotModel, motion: Motion) -> Iterator[DiagnosedFault]:
+def _not_turning(
+    evidence: Evidence, robot: RobotModel, motion: MotionAccounts
+) -> Iterator[DiagnosedFault]:
     """Yield the spans in which wheels do not follow what is commanded."""
     off = _motors_off_by_goals(evidence)
     if off is not None:
@@ -213,7 +215,7 @@ def _overlap(a: tuple[float, float], b: tuple[float, float]) -> bool:
 
 
 def _blocked(
-    motion: Motion, wheel: str, begin: float, end: float, off: DiagnosedFault | None
+    motion: MotionAccounts, wheel: str, begin: float, end: float, off: DiagnosedFault | None
 ) -> DiagnosedFault:
     start = begin
     index = round(begin / STEP_S)
@@ -239,7 +241,7 @@ def _blocked(
 # ---- odometry --------------------------------------------------------------------------------
 
 
-def _wrong_odometry(robot: RobotModel, motion: Motion) -> Iterator[DiagnosedFault]:
+def _wrong_odometry(robot: RobotModel, motion: MotionAccounts) -> Iterator[DiagnosedFault]:
     """Yield spans in which odometry differs from the wheels."""
     has_wheels = not np.isnan(motion.joint_v).all()
     v, w = (motion.joint_v, motion.joint_w) if has_wheels else (motion.ahead, motion.turn)
@@ -271,7 +273,7 @@ def _scaled(wheels: Floats, odometry: Floats) -> Floats:
 
 def _odometry_fault(
     robot: RobotModel,
-    motion: Motion,
+    motion: MotionAccounts,
     reference: tuple[Floats, Floats],
     inside: np.ndarray,
     begin: float,
@@ -353,7 +355,7 @@ def _fitted_error(
 
 
 def _slips(
-    robot: RobotModel, motion: Motion, known: Sequence[tuple[float, float]], fit: Floats
+    robot: RobotModel, motion: MotionAccounts, known: Sequence[tuple[float, float]], fit: Floats
 ) -> Iterator[DiagnosedFault]:
     """Yield spans in which the robot moves other than its wheels turn, and stays there."""
     has_wheels = not np.isnan(motion.joint_v).all()
@@ -448,7 +450,7 @@ def _fits(fit: Floats, begin: float, end: float) -> bool:
 
 
 def _beyond_corrections(
-    motion: Motion,
+    motion: MotionAccounts,
     spans: Sequence[tuple[float, float]],
     differs: npt.NDArray[np.bool_],
     size: Floats,
@@ -477,7 +479,7 @@ def _goes_on(inside: np.ndarray, dv: Floats, dw: Floats) -> bool:
     return ahead > SLIP_V / 4 or turn > SLIP_W / 3
 
 
-def _is_impulse(motion: Motion, inside: np.ndarray, dv: Floats, dw: Floats) -> bool:
+def _is_impulse(motion: MotionAccounts, inside: np.ndarray, dv: Floats, dw: Floats) -> bool:
     """Return whether the base is moved from outside: aside, or faster than its wheels."""
     speed = np.abs(motion.ahead[inside]) - np.abs(motion.ahead[inside] - dv[inside])
     sideways = float(np.nanmax(np.abs(motion.left[inside])))
@@ -486,7 +488,7 @@ def _is_impulse(motion: Motion, inside: np.ndarray, dv: Floats, dw: Floats) -> b
 
 def _impulse(
     robot: RobotModel,
-    motion: Motion,
+    motion: MotionAccounts,
     end: float,
     inside: np.ndarray,
     force: Floats,
@@ -519,7 +521,7 @@ def _push(
     return fault_at(start, "push", round(ahead * share, 1), round(left * share, 1))
 
 
-def _shove(motion: Motion, start: float, first: int, scale: float) -> PlannedFault:
+def _shove(motion: MotionAccounts, start: float, first: int, scale: float) -> PlannedFault:
     ahead, left = float(motion.ahead[first]), float(motion.left[first])
     before = max(first - 1, 0)
     turn = float(motion.turn[first])
@@ -529,7 +531,7 @@ def _shove(motion: Motion, start: float, first: int, scale: float) -> PlannedFau
 
 
 def _slip(
-    motion: Motion, begin: float, end: float, inside: np.ndarray, dv: Floats, dw: Floats
+    motion: MotionAccounts, begin: float, end: float, inside: np.ndarray, dv: Floats, dw: Floats
 ) -> DiagnosedFault:
     turned = float(np.nanmedian(dw[inside]))
     ahead = float(np.nanmedian(dv[inside]))

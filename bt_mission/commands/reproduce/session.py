@@ -49,7 +49,7 @@ from bt_mission.recording.model import RecordedRun
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.verification import RecordedRequirements
-from bt_mission.requirements.checks import KnownNames, read_requirements
+from bt_mission.requirements.checks import RequirementNames, read_requirements
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.scenarios.concrete.base_scenario import requirements_in_files
 from bt_mission.scenarios.faults.planned import PlannedFault
@@ -287,7 +287,7 @@ class _Reproducer:
         requirements = RecordedRequirements(recorded.path)
         own = requirements.own()
         known = [requirement.name for requirement in own]
-        names = requirements.names if run is not None else KnownNames()
+        names = requirements.names if run is not None else RequirementNames()
         more = read_requirements(options.requirements, names, ())
         written = {requirement.name for requirement in more}
         every = [*(each for each in own if each.name not in written), *more]

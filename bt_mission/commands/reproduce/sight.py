@@ -334,7 +334,7 @@ def fit_of(evidence: Evidence, around: StaticSurroundings) -> Floats:
 
 
 @dataclass
-class _Track:
+class _SeenObject:
     """A thing in scans that is not in the world: places over time."""
 
     times: list[float] = field(default_factory=list)
@@ -373,7 +373,7 @@ def visitors(
     evidence: Evidence, around: StaticSurroundings, doubtful: Sequence[tuple[float, float]]
 ) -> list[Visitor]:
     """Return the things that scans show besides the world, the longest seen first."""
-    tracks: list[_Track] = []
+    tracks: list[_SeenObject] = []
     stride = max(1, len(evidence.scans) // MOST_SCANS)
     for scan in evidence.scans[::stride]:
         if any(begin - 0.1 <= scan.time_s <= end + 0.1 for begin, end in doubtful):
@@ -477,7 +477,9 @@ def _clusters(points: Floats, rays: npt.NDArray[np.intp]) -> Iterator[Floats]:
             yield points[part]
 
 
-def _follow(tracks: list[_Track], now: float, cluster: Floats, viewer: tuple[float, float]) -> None:
+def _follow(
+    tracks: list[_SeenObject], now: float, cluster: Floats, viewer: tuple[float, float]
+) -> None:
     place = cluster.mean(axis=0)
     near = [
         (math.dist(track.places[-1], place), number)
@@ -486,7 +488,7 @@ def _follow(tracks: list[_Track], now: float, cluster: Floats, viewer: tuple[flo
     ]
     distance, number = min(near, default=(math.inf, -1))
     if distance > FOLLOWED_M:
-        tracks.append(_Track())
+        tracks.append(_SeenObject())
         number = len(tracks) - 1
     track = tracks[number]
     track.times.append(now)
@@ -495,7 +497,7 @@ def _follow(tracks: list[_Track], now: float, cluster: Floats, viewer: tuple[flo
     track.viewers.append(viewer)
 
 
-def _visitor(evidence: Evidence, track: _Track) -> Visitor | None:
+def _visitor(evidence: Evidence, track: _SeenObject) -> Visitor | None:
     """Return the thing of a track; None if it is not there most of the time."""
     places = np.array(track.places)
     places = _smoothed(np.array(track.times), places)
@@ -524,11 +526,11 @@ def _visitor(evidence: Evidence, track: _Track) -> Visitor | None:
     return Visitor(start, end, x, y, radius, size, yaw, route, was_there, np.vstack(track.points))
 
 
-def _span(track: _Track) -> tuple[float, float]:
+def _span(track: _SeenObject) -> tuple[float, float]:
     return track.times[0], track.times[-1]
 
 
-def _has_moved(evidence: Evidence, track: _Track, places: Floats) -> bool:
+def _has_moved(evidence: Evidence, track: _SeenObject, places: Floats) -> bool:
     """Return whether its first place is empty at the end of a track, and its last one before.
 
     The middle of what is seen of a long thing moves with the robot, too.
@@ -578,7 +580,9 @@ def _box(points: Floats, viewer: Floats) -> tuple[float, float, tuple[float, flo
     return float(x), float(y), (max(float(length), 0.05), max(float(width), 0.05)), yaw
 
 
-def _appears(evidence: Evidence, track: _Track, place: tuple[float, float]) -> tuple[float, bool]:
+def _appears(
+    evidence: Evidence, track: _SeenObject, place: tuple[float, float]
+) -> tuple[float, bool]:
     """Return when a thing appears, and whether it may have been there from the start."""
     first = track.times[0]
     before = [scan for scan in evidence.scans if scan.time_s < first]
@@ -588,7 +592,7 @@ def _appears(evidence: Evidence, track: _Track, place: tuple[float, float]) -> t
     return 0.0, True
 
 
-def _vanishes(evidence: Evidence, track: _Track, place: tuple[float, float]) -> float | None:
+def _vanishes(evidence: Evidence, track: _SeenObject, place: tuple[float, float]) -> float | None:
     """Return when a thing has gone; None if nobody looked there later."""
     last = track.times[-1]
     for scan in evidence.scans:

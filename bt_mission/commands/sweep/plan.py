@@ -13,7 +13,7 @@ from bt_mission.commands.sweep.store import SweepAbout
 from bt_mission.language.expressions.values import Plain
 from bt_mission.scenarios.concrete.base_scenario import BaseScenario
 from bt_mission.scenarios.concrete.concrete_scenario import ConcreteScenario
-from bt_mission.scenarios.concrete.ranges import Choices, Interval, Parameter
+from bt_mission.scenarios.concrete.ranges import Interval, Parameter, ValueChoice
 
 NO_PLAN = ""
 
@@ -58,7 +58,9 @@ class SweepPlan:
         if self.sample is not None:
             return self.sample
         return prod(
-            len(parameter.values) for parameter in self.parameters if isinstance(parameter, Choices)
+            len(parameter.values)
+            for parameter in self.parameters
+            if isinstance(parameter, ValueChoice)
         )
 
     @property
@@ -89,7 +91,7 @@ class SweepPlan:
             }
         chosen: dict[str, Plain] = {}
         for parameter in reversed(self.parameters):
-            assert isinstance(parameter, Choices), "intervals are drawn"
+            assert isinstance(parameter, ValueChoice), "intervals are drawn"
             point, index = divmod(point, len(parameter.values))
             chosen[parameter.name] = parameter.values[index]
         return {parameter.name: chosen[parameter.name] for parameter in self.parameters}

@@ -17,7 +17,7 @@ from bt_mission.executive.behaviours.control import Guard, Timeout
 from bt_mission.executive.behaviours.evaluator import Evaluator
 from bt_mission.executive.behaviours.leaves import LeafProgress
 from bt_mission.executive.behaviours.runtime import read_field, scalars
-from bt_mission.executive.goals.attempt import Attempt, AttemptResult, Cause, Limits
+from bt_mission.executive.goals.attempt import Attempt, AttemptResult, CancelCause, Limits
 from bt_mission.executive.goals.goal import Goal, GoalClient
 from bt_mission.executive.goals.progress_bounds import ProgressBounds
 from bt_mission.language.nodes.action import GoalNode
@@ -120,7 +120,7 @@ class ActionLeaf(ClientLeaf):
             self._values.store(self._node.outputs, ending.result)
         if ending.outcome is Outcome.SUCCEEDED:
             return Status.SUCCESS
-        if self.attempt.cause is Cause.CONDITION and ending.outcome in _STOPPED:
+        if self.attempt.cause is CancelCause.CONDITION and ending.outcome in _STOPPED:
             return Status.SUCCESS if self._node.on_cancel == "success" else Status.FAILURE
         return Status.FAILURE
 

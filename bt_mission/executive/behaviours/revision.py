@@ -28,7 +28,7 @@ from bt_mission.executive.behaviours.hooks import Hooked
 from bt_mission.executive.behaviours.python_leaf import PythonLeaf
 from bt_mission.executive.behaviours.runtime import Generator, Runtime, Scope
 from bt_mission.language.nodes.base import NodeModel
-from bt_mission.language.revision import BuiltNode, Comparison
+from bt_mission.language.revision import BuiltNode, MissionComparison
 
 RUNNING, INVALID = Status.RUNNING, Status.INVALID
 
@@ -49,7 +49,7 @@ class Graft:
 
     def __init__(
         self,
-        comparison: Comparison,
+        comparison: MissionComparison,
         paths: Mapping[Behaviour, str],
         runtime: Runtime,
         followed: FollowedVariables,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bt_mission.executive.events.events import Event
-from bt_mission.executive.events.mission_file import MissionFile
+from bt_mission.executive.events.mission_file import MissionOrigin
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Batch:
     sequence: int = 0
     is_complete: bool = False
     revision: int = 0
-    file: MissionFile | None = None
+    file: MissionOrigin | None = None
 
 
 @dataclass(frozen=True)

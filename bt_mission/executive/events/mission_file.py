@@ -23,7 +23,7 @@ def sha256_of(text: str) -> str:
 
 
 @dataclass(frozen=True)
-class MissionFile:
+class MissionOrigin:
     """The file of a mission, on the machine of its executive, and the hash of what runs."""
 
     path: str
@@ -44,12 +44,12 @@ class FileCheck:
     """
 
     def __init__(self) -> None:
-        self._file: MissionFile | None = None
+        self._file: MissionOrigin | None = None
         self._stamp: tuple[int, int] | None = None
         self.note = ""
         """The note for views; empty while the file is the one that runs."""
 
-    def look(self, file: MissionFile | None) -> None:
+    def look(self, file: MissionOrigin | None) -> None:
         """Look at the file of a mission; it is read only if it has changed."""
         if file is None or not file.path:
             self.note = ""

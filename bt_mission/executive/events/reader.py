@@ -29,7 +29,7 @@ from bt_mission.executive.events.messages import (
     ZoneDisc,
     Zones,
 )
-from bt_mission.executive.events.mission_file import MissionFile
+from bt_mission.executive.events.mission_file import MissionOrigin
 from bt_mission.executive.goals.poses import NamedPose
 
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
@@ -57,7 +57,7 @@ def tree(message: Any) -> Batch:
         for index, node in enumerate(message.nodes)
     )
     start_ns = time_ns(message.stamp)
-    revision, file = int(message.revision), MissionFile(message.file, message.sha256)
+    revision, file = int(message.revision), MissionOrigin(message.file, message.sha256)
     if not revision:
         started = events.RunStarted(start_ns, message.run, message.mission, nodes)
         return Batch(message.run, (started,), file=file)

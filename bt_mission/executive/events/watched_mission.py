@@ -16,7 +16,7 @@ from bt_mission.executive.events.events import (
 )
 from bt_mission.executive.events.feed import MissionFeed
 from bt_mission.executive.events.messages import Batch
-from bt_mission.executive.events.mission_file import FileCheck, MissionFile
+from bt_mission.executive.events.mission_file import FileCheck, MissionOrigin
 from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.executive.events.source import ControlRequest, Received, Verb
 
@@ -55,7 +55,7 @@ class WatchedMission:
         self.mission = MissionState()
         self._feed = MissionFeed(self.mission)
         self.pace = RealTimeFactor()
-        self._file: MissionFile | None = None
+        self._file: MissionOrigin | None = None
         self._file_check = FileCheck()
 
     @property

@@ -86,7 +86,7 @@ class AttemptResult:
     result: Any = None
 
 
-class Cause(StrEnum):
+class CancelCause(StrEnum):
     """The cause of a cancel request by the attempt."""
 
     CONDITION = "condition"
@@ -97,9 +97,9 @@ class Cause(StrEnum):
 _REPLACED = re.compile(rf"{REPLACED}: ([0-9a-f]{{8}}) of ")
 
 _CANCELED = {
-    Cause.CONDITION: Outcome.CANCELED_BY_CONDITION,
-    Cause.TIMEOUT: Outcome.CANCELED_BY_TIMEOUT,
-    Cause.SILENCE: Outcome.SILENT,
+    CancelCause.CONDITION: Outcome.CANCELED_BY_CONDITION,
+    CancelCause.TIMEOUT: Outcome.CANCELED_BY_TIMEOUT,
+    CancelCause.SILENCE: Outcome.SILENT,
 }
 
 
@@ -140,7 +140,7 @@ class Attempt:
         self._received_ns = now_ns
         self._accepted_ns: int | None = None
         self._cancel_ns = 0
-        self._cause: Cause | None = None
+        self._cause: CancelCause | None = None
         self._cause_text = ""
         self._next_server_check_ns = now_ns
         self._due_ns = now_ns
@@ -233,7 +233,7 @@ class Attempt:
         }
 
     @property
-    def cause(self) -> Cause | None:
+    def cause(self) -> CancelCause | None:
         """Why it has asked for its own goal to be cancelled; None where it has not."""
         return self._cause
 
@@ -339,11 +339,11 @@ class Attempt:
             feedback = goal.unread.popleft()
             met = condition(feedback) if condition else None
             if met:
-                self._cancel(Cause.CONDITION, met, now_ns)
+                self._cancel(CancelCause.CONDITION, met, now_ns)
                 return
         watched = self._limits.variables
         if watched is not None and (met := self._met_anew(watched, goal.feedback)):
-            self._cancel(Cause.CONDITION, met, now_ns)
+            self._cancel(CancelCause.CONDITION, met, now_ns)
 
     def _met_anew(self, watched: WatchedVariables, feedback: Any) -> str | None:
         """Return what the condition meets since a variable of it has changed."""
@@ -362,11 +362,11 @@ class Attempt:
             and accepted_ns is not None
             and now_ns - accepted_ns >= limits.goal * NS
         ):
-            self._cancel(Cause.TIMEOUT, f"not done within {limits.goal:g} s", now_ns)
+            self._cancel(CancelCause.TIMEOUT, f"not done within {limits.goal:g} s", now_ns)
         elif limits.silence is not None and now_ns - self._received_ns >= limits.silence * NS:
-            self._cancel(Cause.SILENCE, f"no feedback for {limits.silence:g} s", now_ns)
+            self._cancel(CancelCause.SILENCE, f"no feedback for {limits.silence:g} s", now_ns)
 
-    def _cancel(self, cause: Cause, text: str, now_ns: int) -> None:
+    def _cancel(self, cause: CancelCause, text: str, now_ns: int) -> None:
         assert self.goal is not None
         self._cause, self._cause_text, self._cancel_ns = cause, text, now_ns
         self._due_ns = now_ns
@@ -423,11 +423,11 @@ class Attempt:
         """What came before the end of a goal that was to be canceled; empty for another one."""
         limits = self._limits
         match self._cause:
-            case Cause.TIMEOUT:
+            case CancelCause.TIMEOUT:
                 return f"after its timeout of {limits.goal:g} s"
-            case Cause.SILENCE:
+            case CancelCause.SILENCE:
                 return f"after {limits.silence:g} s without feedback"
-            case Cause.CONDITION:
+            case CancelCause.CONDITION:
                 return f"after its cancel condition was met ({self._cause_text})"
         return ""
 

@@ -1,8 +1,8 @@
 """One goal as its server sees it: a state machine with one transition table.
 
-The machine does not depend on leaves, limits or ROS. Its input is an :class:`Event`, its output a
-:class:`Command`. A pair that is not in the table changes nothing: late and stale messages are noted
-by the ledger and have no other effect.
+The machine does not depend on leaves, limits or ROS. Its input is a :class:`GoalTrigger`, its
+output a :class:`GoalCommand`. A pair that is not in the table changes nothing: late and stale
+messages are noted by the ledger and have no other effect.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from bt_mission.executive.goals.poses import NamedPose
 
@@ -35,7 +35,7 @@ class Phase(StrEnum):
     ENDED = "ended"
 
 
-class Event(StrEnum):
+class GoalTrigger(StrEnum):
     """An event in the life of a goal."""
 
     ACCEPTED = "accepted"
@@ -46,7 +46,7 @@ class Event(StrEnum):
     GIVEN_UP = "abandoned"
 
 
-class Command(StrEnum):
+class GoalCommand(StrEnum):
     """A command that follows from an event."""
 
     ASK_RESULT = "ask for the result"
@@ -62,32 +62,34 @@ class GoalStatus(IntEnum):
     ABORTED = 6
 
 
-TRANSITIONS: Mapping[tuple[Phase, Event], tuple[Phase, tuple[Command, ...]]] = MappingProxyType(
+Transitions: TypeAlias = Mapping[tuple[Phase, GoalTrigger], tuple[Phase, tuple[GoalCommand, ...]]]
+
+TRANSITIONS: Transitions = MappingProxyType(
     {
-        (Phase.SENT, Event.ACCEPTED): (Phase.ACTIVE, (Command.ASK_RESULT,)),
-        (Phase.SENT, Event.REJECTED): (Phase.ENDED, ()),
-        (Phase.SENT, Event.UNWANTED): (Phase.RECALLED, (Command.SEND_CANCEL,)),
-        (Phase.SENT, Event.GIVEN_UP): (Phase.LOST, ()),
-        (Phase.RECALLED, Event.ACCEPTED): (
+        (Phase.SENT, GoalTrigger.ACCEPTED): (Phase.ACTIVE, (GoalCommand.ASK_RESULT,)),
+        (Phase.SENT, GoalTrigger.REJECTED): (Phase.ENDED, ()),
+        (Phase.SENT, GoalTrigger.UNWANTED): (Phase.RECALLED, (GoalCommand.SEND_CANCEL,)),
+        (Phase.SENT, GoalTrigger.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.RECALLED, GoalTrigger.ACCEPTED): (
             Phase.CANCELING,
-            (Command.ASK_RESULT, Command.SEND_CANCEL),
+            (GoalCommand.ASK_RESULT, GoalCommand.SEND_CANCEL),
         ),
-        (Phase.RECALLED, Event.REJECTED): (Phase.ENDED, ()),
-        (Phase.RECALLED, Event.UNWANTED): (Phase.RECALLED, (Command.SEND_CANCEL,)),
-        (Phase.RECALLED, Event.GIVEN_UP): (Phase.LOST, ()),
-        (Phase.ACTIVE, Event.UNWANTED): (Phase.CANCELING, (Command.SEND_CANCEL,)),
-        (Phase.ACTIVE, Event.RESULT): (Phase.ENDED, ()),
-        (Phase.ACTIVE, Event.GIVEN_UP): (Phase.LOST, ()),
-        (Phase.CANCELING, Event.CANCEL_REFUSED): (Phase.ACTIVE, ()),
-        (Phase.CANCELING, Event.UNWANTED): (Phase.CANCELING, (Command.SEND_CANCEL,)),
-        (Phase.CANCELING, Event.RESULT): (Phase.ENDED, ()),
-        (Phase.CANCELING, Event.GIVEN_UP): (Phase.LOST, ()),
-        (Phase.LOST, Event.ACCEPTED): (
+        (Phase.RECALLED, GoalTrigger.REJECTED): (Phase.ENDED, ()),
+        (Phase.RECALLED, GoalTrigger.UNWANTED): (Phase.RECALLED, (GoalCommand.SEND_CANCEL,)),
+        (Phase.RECALLED, GoalTrigger.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.ACTIVE, GoalTrigger.UNWANTED): (Phase.CANCELING, (GoalCommand.SEND_CANCEL,)),
+        (Phase.ACTIVE, GoalTrigger.RESULT): (Phase.ENDED, ()),
+        (Phase.ACTIVE, GoalTrigger.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.CANCELING, GoalTrigger.CANCEL_REFUSED): (Phase.ACTIVE, ()),
+        (Phase.CANCELING, GoalTrigger.UNWANTED): (Phase.CANCELING, (GoalCommand.SEND_CANCEL,)),
+        (Phase.CANCELING, GoalTrigger.RESULT): (Phase.ENDED, ()),
+        (Phase.CANCELING, GoalTrigger.GIVEN_UP): (Phase.LOST, ()),
+        (Phase.LOST, GoalTrigger.ACCEPTED): (
             Phase.CANCELING,
-            (Command.ASK_RESULT, Command.SEND_CANCEL),
+            (GoalCommand.ASK_RESULT, GoalCommand.SEND_CANCEL),
         ),
-        (Phase.LOST, Event.REJECTED): (Phase.ENDED, ()),
-        (Phase.LOST, Event.RESULT): (Phase.ENDED, ()),
+        (Phase.LOST, GoalTrigger.REJECTED): (Phase.ENDED, ()),
+        (Phase.LOST, GoalTrigger.RESULT): (Phase.ENDED, ()),
     }
 )
 
@@ -192,31 +194,31 @@ class Goal:
         """The first eight digits of the UUID, for people."""
         return self.id.hex()[:8]
 
-    def on(self, event: Event) -> None:
+    def on(self, event: GoalTrigger) -> None:
         """Handle an event by the table, and run the command."""
         known = TRANSITIONS.get((self.phase, event))
         if known is None:
             return
         self.phase, commands = known
-        if event is Event.ACCEPTED:
+        if event is GoalTrigger.ACCEPTED:
             self.accepted = True
-        elif event is Event.CANCEL_REFUSED:
+        elif event is GoalTrigger.CANCEL_REFUSED:
             self.cancel_refused = True
-        elif event is Event.UNWANTED:
+        elif event is GoalTrigger.UNWANTED:
             self.cancel_refused = False
         for command in commands:
-            if command is Command.ASK_RESULT:
+            if command is GoalCommand.ASK_RESULT:
                 self.goal_client.ask_result(self)
             else:
                 self.goal_client.send_cancel(self)
 
     def on_result(self, status: int, result: Any) -> None:
         """Handle the result. A status that is not final counts as unknown."""
-        if (self.phase, Event.RESULT) in TRANSITIONS:
+        if (self.phase, GoalTrigger.RESULT) in TRANSITIONS:
             known = status in GoalStatus._value2member_map_
             self.status = GoalStatus(status) if known else GoalStatus.UNKNOWN
             self.result = result
-        self.on(Event.RESULT)
+        self.on(GoalTrigger.RESULT)
 
     def on_feedback(self, feedback: Any) -> None:
         """Handle feedback. It may overtake the acceptance; after the end it is dropped."""

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
-from bt_mission.executive.goals.goal import Event, Goal, GoalClient, Phase
+from bt_mission.executive.goals.goal import Goal, GoalClient, GoalTrigger, Phase
 
 RETRY_NS = 1_000_000_000
 """The delay before a cancel request that is refused or not answered is repeated."""
@@ -171,13 +171,13 @@ class Ledger:
         self._retry_ns[goal.id] = now_ns + self._delay_ns
         self._report(now_ns, "found again", goal)
         goal_client.recover_goal(goal)
-        goal.on(Event.ACCEPTED)
+        goal.on(GoalTrigger.ACCEPTED)
         return goal
 
     def cancel_goal(self, goal: Goal) -> None:
         """Request the end of a goal whose leaf waits for it."""
         self._unwanted[goal.id] = goal
-        goal.on(Event.UNWANTED)
+        goal.on(GoalTrigger.UNWANTED)
 
     def release_goal(self, goal: Goal, now_ns: int) -> None:
         """Keep a goal that is not wanted any more until it has ended."""
@@ -232,11 +232,11 @@ class Ledger:
                 self._retry_ns[goal.id] = now_ns + self._delay_ns
             elif now_ns >= goal.orphaned_ns + goal.grace_ns:
                 self._given_up.add(goal.id)
-                goal.on(Event.GIVEN_UP)
+                goal.on(GoalTrigger.GIVEN_UP)
                 self._report(now_ns, "abandoned", goal)
             elif now_ns >= self._retry_ns[goal.id]:
                 self._retry_ns[goal.id] = now_ns + self._delay_ns
-                goal.on(Event.UNWANTED)
+                goal.on(GoalTrigger.UNWANTED)
         for goal in self._open.values():
             if goal.phase is not goal.reported:
                 self._report(now_ns, "", goal)

@@ -73,14 +73,14 @@ class Delivery:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ServiceResponse:
     """Answer a request after ``after_ns`` with ``message``, instead of its receiver."""
 
     message: Any
     after_ns: int = 0
 
 
-Tap = Callable[[Passing], Iterable[Delivery | Answer]]
+Tap = Callable[[Passing], Iterable[Delivery | ServiceResponse]]
 """Yields what is delivered in place of an item; without a yield the item is lost."""
 
 ACTION_PARTS = {
@@ -102,7 +102,7 @@ class Taps:
 
     def __init__(self) -> None:
         self._taps: defaultdict[tuple[str, Side], list[Tap]] = defaultdict(list)
-        self.held: list[_Held] = []
+        self.held: list[_HeldItem] = []
         """Items that are delivered later."""
         self.is_open = False
         """Whether there is a tap. Without one, nothing is looked up."""
@@ -174,17 +174,17 @@ class Taps:
         taps = self._taps.get((passing.name, passing.side))
         if not taps:
             return False
-        self._pass(_End(entity, deliver, answer), passing, tuple(taps))
+        self._pass(_Receiver(entity, deliver, answer), passing, tuple(taps))
         return True
 
-    def _pass(self, end: _End, passing: Passing, taps: tuple[Tap, ...]) -> None:
+    def _pass(self, end: _Receiver, passing: Passing, taps: tuple[Tap, ...]) -> None:
         if not taps:
             self._hold(passing.time_ns, end, lambda _: end.deliver(passing.message))
             return
         for fate in taps[0](passing):
             due_ns = passing.time_ns + fate.after_ns
             changed = replace(passing, message=fate.message)
-            if isinstance(fate, Answer):
+            if isinstance(fate, ServiceResponse):
                 if end.answer is None:
                     raise TypeError(f"a {passing.side} of {passing.name} cannot be answered")
                 self._hold(due_ns, end, partial(_answer, end.answer, fate.message))
@@ -194,21 +194,23 @@ class Taps:
             else:
                 self._pass(end, changed, taps[1:])
 
-    def _pass_later(self, end: _End, passing: Passing, taps: tuple[Tap, ...], time_ns: int) -> None:
+    def _pass_later(
+        self, end: _Receiver, passing: Passing, taps: tuple[Tap, ...], time_ns: int
+    ) -> None:
         self._pass(end, replace(passing, time_ns=time_ns), taps)
 
     def _hold(
         self,
         after_ns: int,
-        end: _End,
+        end: _Receiver,
         deliver: Callable[[int], PendingCallback],
         gate: Gate | None = None,
     ) -> None:
-        self.held.append(_Held(after_ns, gate, end.entity, deliver))
+        self.held.append(_HeldItem(after_ns, gate, end.entity, deliver))
 
 
 @dataclass(frozen=True)
-class _End:
+class _Receiver:
     """The receiver of an item."""
 
     entity: Any
@@ -217,7 +219,7 @@ class _End:
 
 
 @dataclass(frozen=True, eq=False)
-class _Held:
+class _HeldItem:
     """An item that is delivered at a virtual time."""
 
     after_ns: int

@@ -9,10 +9,10 @@
 
 from bt_mission.ros.executors.taps import (
     ACTION_PARTS,
-    Answer,
     Delivery,
     Gate,
     Passing,
+    ServiceResponse,
     Side,
     Tap,
     Taps,
@@ -24,7 +24,6 @@ from bt_mission.ros.virtual_time.spin import NestedStepError, NothingDueError, T
 
 __all__ = [
     "ACTION_PARTS",
-    "Answer",
     "Delivery",
     "DiscoveryError",
     "Gate",
@@ -32,6 +31,7 @@ __all__ = [
     "NoVirtualTimeError",
     "NothingDueError",
     "Passing",
+    "ServiceResponse",
     "Side",
     "SteppedWorld",
     "Tap",

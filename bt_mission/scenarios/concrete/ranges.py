@@ -51,7 +51,7 @@ _OPTION = Diagnostic("BT-708", "", "--vary", 1, 1)
 
 
 @dataclass(frozen=True)
-class Choices:
+class ValueChoice:
     """A parameter with one of several values.
 
     Attributes:
@@ -82,7 +82,7 @@ class Interval:
     """A parameter with any value between two, both included.
 
     Attributes:
-        name: See :class:`Choices`, as for `place`.
+        name: See :class:`ValueChoice`, as for `place`.
         low: In the parameter's unit, as `high`.
         is_whole: Only whole numbers.
     """
@@ -110,7 +110,7 @@ class Interval:
         return f"{self.name}={self.low:g}..{self.high:g}"
 
 
-Parameter: TypeAlias = Choices | Interval
+Parameter: TypeAlias = ValueChoice | Interval
 
 
 def parse_parameter(text: str) -> Parameter:
@@ -168,16 +168,16 @@ def refuse_repeated(parameters: Sequence[Parameter]) -> None:
 # ---- values of a file -------------------------------------------------------------------------
 
 
-class Span(NamedTuple):
+class ValueRange(NamedTuple):
     """Two ends, both included."""
 
     low: float
     high: float
 
 
-def _span(value: Any) -> Span:
+def _span(value: Any) -> ValueRange:
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return Span(value, value)
+        return ValueRange(value, value)
     match = _RANGE.fullmatch(value) if isinstance(value, str) else None
     if match is None or match["step"]:
         raise fields.refusal(
@@ -186,17 +186,17 @@ def _span(value: Any) -> Span:
     low, high = float(match["low"]), float(match["high"])
     if low > high:
         raise fields.refusal(f"expected the lower end first, got {value}")
-    return Span(low, high)
+    return ValueRange(low, high)
 
 
-def _span_from(value: Any, *, low: float, words: str, high: float = float("inf")) -> Span:
+def _span_from(value: Any, *, low: float, words: str, high: float = float("inf")) -> ValueRange:
     span = _span(value)
     if span.low < low or span.high > high:
         raise fields.refusal(f"expected {words}, got {describe(value)}")
     return span
 
 
-def _positive_span(value: Any) -> Span:
+def _positive_span(value: Any) -> ValueRange:
     span = _span(value)
     if span.low <= 0:
         raise fields.refusal(f"expected more than 0, got {span.low:g}")
@@ -238,7 +238,7 @@ def _parameter(written: Any) -> Parameter:
     for number, value in enumerate(values):
         if value in values[:number] and type(value) is type(values[values.index(value)]):
             raise fields.refusal(f"the value {value} appears twice")
-    return Choices("", tuple(values))
+    return ValueChoice("", tuple(values))
 
 
 def _ranged(match: re.Match[str]) -> Parameter:
@@ -254,7 +254,7 @@ def _ranged(match: re.Match[str]) -> Parameter:
         raise fields.refusal(f"expected a step above 0 with at most {_MOST_STEPS:,} values")
     kind = int if is_whole else float
     steps = (low + number * step for number in range(int((high - low) / step + 1e-9) + 1))
-    return Choices("", tuple(kind(float(f"{at:.{_DIGITS}g}")) for at in steps))
+    return ValueChoice("", tuple(kind(float(f"{at:.{_DIGITS}g}")) for at in steps))
 
 
 def _coordinate(written: Any) -> Parameter:
@@ -398,7 +398,7 @@ class RangesFile:
             return ()
         given = {axis: getattr(start, axis) for axis in start.model_fields_set}
         return tuple(
-            Choices(parameter.name, (parameter.low,), parameter.place)
+            ValueChoice(parameter.name, (parameter.low,), parameter.place)
             if isinstance(parameter, Interval) and parameter.low == parameter.high
             else parameter
             for parameter in self._named(given, "start", "start.")

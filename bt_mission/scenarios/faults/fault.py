@@ -17,13 +17,13 @@ from bt_mission.base.text import seconds
 from bt_mission.executive.events.events import FaultChanged
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.ros.interface_types import action_type
-from bt_mission.ros.virtual_time import Answer, Delivery, Passing, Side
+from bt_mission.ros.virtual_time import Delivery, Passing, ServiceResponse, Side
 from bt_mission.scenarios.faults.errors import ScenarioError, no_such
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
 
-Fates = Iterable[Delivery | Answer]
+Fates = Iterable[Delivery | ServiceResponse]
 """The messages that replace a passing one; without any it is lost."""
 
 Begin = Callable[["FaultInstance"], None]

@@ -19,7 +19,7 @@ from unique_identifier_msgs.msg import UUID
 from bt_mission.executive.events.events import Event, GoalChanged
 from bt_mission.ros.clients import DEPTH
 from bt_mission.ros.interface_types import topic_type
-from bt_mission.ros.virtual_time import Answer, Delivery, Gate, Passing, Side
+from bt_mission.ros.virtual_time import Delivery, Gate, Passing, ServiceResponse, Side
 from bt_mission.ros.virtual_time.discovery import wait_for_matching
 from bt_mission.scenarios.draws import Draws, maybe, one_of
 from bt_mission.scenarios.faults.corruptions import (
@@ -222,11 +222,11 @@ def _set_part(part: str) -> MakeTap:
 
 def _reject(fault: FaultInstance, given: Arguments) -> Tap:
     response = fault.action_type(given["action"]).Impl.SendGoalService.Response
-    return lambda *_: (Answer(response(accepted=False)),)
+    return lambda *_: (ServiceResponse(response(accepted=False)),)
 
 
 def _refuse(_: FaultInstance, _given: Arguments) -> Tap:
-    refusal = Answer(CancelGoal.Response(return_code=CancelGoal.Response.ERROR_REJECTED))
+    refusal = ServiceResponse(CancelGoal.Response(return_code=CancelGoal.Response.ERROR_REJECTED))
     return lambda *_: (refusal,)
 
 

@@ -14,7 +14,7 @@ from bt_mission.base.errors import described
 from bt_mission.executive.behaviours.hooks import CallHook, Hooked
 from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import fill
-from bt_mission.ros.virtual_time import Answer, Passing, Side
+from bt_mission.ros.virtual_time import Passing, ServiceResponse, Side
 from bt_mission.scenarios.draws import Draws, one_of
 from bt_mission.scenarios.faults.drawable import Drawable
 from bt_mission.scenarios.faults.effects import late, lose, mistakes_of_test, on, passed, service
@@ -100,7 +100,7 @@ def _fail(fault: FaultInstance, given: Arguments) -> Tap:
     name, kind = fault.service(given["service"])
     with mistakes_of_test(f"{fault.fault.what}: {name}"):
         fill(kind.Response(), given["fields"])
-    return lambda *_: (Answer(fill(kind.Response(), given["fields"])),)
+    return lambda *_: (ServiceResponse(fill(kind.Response(), given["fields"])),)
 
 
 def _serve(fault: FaultInstance, given: Arguments) -> None:

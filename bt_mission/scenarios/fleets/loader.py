@@ -27,7 +27,7 @@ from bt_mission.requirements.checks import with_requirements
 from bt_mission.robots.model import load_robot
 from bt_mission.scenarios.fleets.file import FleetFile, FleetRobotForm
 from bt_mission.scenarios.fleets.plan import FleetPlan
-from bt_mission.sessions.check import Surroundings
+from bt_mission.sessions.check import WorldAndRobot
 from bt_mission.sessions.named_files import NamedFiles
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from bt_mission.sessions.stage_robot import FleetRobot
@@ -81,10 +81,10 @@ def examine_fleet(
             document = read(look_for("missions", document) or document)
     except InputError as error:
         return None, error.diagnostics
-    return _Loader(document, changes or FleetChanges()).load()
+    return _FleetLoader(document, changes or FleetChanges()).load()
 
 
-class _Loader:
+class _FleetLoader:
     """Puts a fleet together, and collects what is wrong with its parts."""
 
     def __init__(self, document: Document, changes: FleetChanges) -> None:
@@ -205,7 +205,7 @@ class _Loader:
             world=world,
             robot=None if form.robot is None else str(self._files.beside(form.robot) or form.robot),
             permissions=self._changes.permissions,
-            given=Surroundings(None if self._changes.world else own_world),
+            given=WorldAndRobot(None if self._changes.world else own_world),
         )
         if mission is not None and mission.map == "unknown":
             message = f"the mission '{mission.name}' draws its map ('map: unknown'), which a robot "

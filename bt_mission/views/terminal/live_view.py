@@ -23,7 +23,7 @@ from bt_mission.executive.events.events import Event, NodeChanged
 from bt_mission.executive.events.log import STYLES, speech_of
 from bt_mission.executive.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
-from bt_mission.sessions.session import Run, Session
+from bt_mission.sessions.session import MissionRun, Session
 from bt_mission.sessions.view import View
 from bt_mission.views.terminal.console import EscapingConsole, coloured
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
@@ -59,7 +59,7 @@ class PlainView(View):
     def __init__(self, stream: TextIO, title: str = "") -> None:
         self._stream = stream
         self._title = title
-        self._lines: dict[Run, PlainLines] = {}
+        self._lines: dict[MissionRun, PlainLines] = {}
 
     def open(self, session: Session) -> None:
         """Print what is run."""
@@ -79,7 +79,7 @@ class PlainView(View):
                 line = f"  {who}{mission.name} ({mission.robot}, seed {mission.seed})"
                 print(escape_control(line), file=self._stream, flush=True)
 
-    def on_event(self, run: Run, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: Event) -> None:
         """Print a change, or a line of the mission."""
         if isinstance(event, NodeChanged):
             self._lines[run].on_change(event)
@@ -101,7 +101,7 @@ class ServedLines(PlainView):
         self._title = escape_control(f"{mission.name} (seed {mission.seed})")
         super().open(session)
 
-    def on_event(self, run: Run, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: Event) -> None:
         """Print a change."""
         if isinstance(event, NodeChanged):
             super().on_event(run, event)
@@ -130,7 +130,7 @@ class LiveView(View):
         self._watch = Stopwatch()
         self._next_frame_s = 0.0
         self._above: list[Text] = []
-        self._controls: dict[Run, ControlLines] = {}
+        self._controls: dict[MissionRun, ControlLines] = {}
         self._trees: list[LiveTree] = []
         self._width = 0
         self._clock_lines = ExitStack()
@@ -166,7 +166,7 @@ class LiveView(View):
                 for line in self._capture.stop():
                     self.console.print(Text.from_ansi(line))
 
-    def on_event(self, run: Run, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: Event) -> None:
         """Show an event as a line that scrolls by; the tree is drawn in any case."""
         if (text := speech_of(event)) is not None:
             self._scroll(run, text)
@@ -185,7 +185,7 @@ class LiveView(View):
         self._above.append(Text(clean(line, self.marks), style="bold red"))
         self._draw()
 
-    def _scroll(self, run: Run, text: str) -> None:
+    def _scroll(self, run: MissionRun, text: str) -> None:
         """Have lines scroll by above the picture, with the time since the start."""
         self._collect()
         who = f"{run.name:{self._width}}" if run.name else ""
@@ -237,7 +237,7 @@ class LiveView(View):
             before = f"{session.mission.name}   {time}   "  # the state must not be cut off
         return before + executive.mission_state.headline
 
-    def _robot_header(self, run: Run) -> str:
+    def _robot_header(self, run: MissionRun) -> str:
         """Return the line above the tree of one of several robots: its state, and what runs."""
         executive, mission = run.executive, run.mission
         parts = [f"{run.name:{self._width}}", mission.name, executive.mission_state.headline]

@@ -9,7 +9,7 @@ import sys
 
 from bt_mission.executive.events.events import Event, FaultChanged, LogLine
 from bt_mission.executive.events.log import speech_of
-from bt_mission.sessions.session import Run
+from bt_mission.sessions.session import MissionRun
 from bt_mission.sessions.view import View
 
 
@@ -18,7 +18,7 @@ class LogLineView(View):
 
     kinds = (LogLine, FaultChanged)
 
-    def on_event(self, run: Run, event: Event) -> None:
+    def on_event(self, run: MissionRun, event: Event) -> None:
         """Print a line of a mission."""
         if (text := speech_of(event)) is not None:
             print(f"{run.name}: {text}" if run.name else text, file=sys.stderr)

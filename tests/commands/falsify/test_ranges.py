@@ -11,11 +11,11 @@ from bt_mission.base.yaml.document import read_text
 from bt_mission.commands.falsify.session import load_search
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges
 from bt_mission.scenarios.concrete.ranges import (
-    Choices,
     Interval,
     RangesFile,
-    Span,
     StartRanges,
+    ValueChoice,
+    ValueRange,
     check_ranges,
     parse_parameter,
     ranges_schema,
@@ -53,8 +53,8 @@ limit: 40
     assert isinstance(ranges.start, StartRanges)
     assert ranges.start.x == Interval("", -1, 1, is_whole=True)
     assert ranges.start.y == Interval("", 0, 0)
-    assert ranges.obstacles.ahead == Span(0.5, 0.5)
-    assert ranges.faults.times == Span(0, 9.5)
+    assert ranges.obstacles.ahead == ValueRange(0.5, 0.5)
+    assert ranges.faults.times == ValueRange(0, 9.5)
     assert ranges.limit == 40
 
 
@@ -132,10 +132,10 @@ def test_a_sweep_starts_in_ranges_not_anywhere() -> None:
 def test_a_sweep_varies_the_start_and_the_robot() -> None:
     """By the names of its parameters."""
     file = RangesFile(read_text("robots: [burger, waffle]\nstart: {x: -1..1 step 1, yaw: 90}"))
-    assert file.parameters == (Choices("robot", ("burger", "waffle")),)
+    assert file.parameters == (ValueChoice("robot", ("burger", "waffle")),)
     assert {coordinate.name: coordinate for coordinate in file.start} == {
-        "start.x": Choices("start.x", (-1, 0, 1)),
-        "start.yaw": Choices("start.yaw", (90,)),
+        "start.x": ValueChoice("start.x", (-1, 0, 1)),
+        "start.yaw": ValueChoice("start.yaw", (90,)),
     }
 
 
@@ -167,20 +167,20 @@ def test_a_file_is_checked_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "parameter"),
     [
-        ("speed=0.1,0.2", Choices("speed", (0.1, 0.2))),
-        ("world=dqn_stage1,dqn_stage4", Choices("world", ("dqn_stage1", "dqn_stage4"))),
-        ("zones=[a, b],[c]", Choices("zones", (["a", "b"], ["c"]))),
-        ("say='a,b',c", Choices("say", ("a,b", "c"))),
+        ("speed=0.1,0.2", ValueChoice("speed", (0.1, 0.2))),
+        ("world=dqn_stage1,dqn_stage4", ValueChoice("world", ("dqn_stage1", "dqn_stage4"))),
+        ("zones=[a, b],[c]", ValueChoice("zones", (["a", "b"], ["c"]))),
+        ("say='a,b',c", ValueChoice("say", ("a,b", "c"))),
         ("speed=0.1..0.26", Interval("speed", 0.1, 0.26)),
-        ("speed=0.1..0.26 step 0.05", Choices("speed", (0.1, 0.15, 0.2, 0.25))),
-        ("legs=1..5 step 2", Choices("legs", (1, 3, 5))),
+        ("speed=0.1..0.26 step 0.05", ValueChoice("speed", (0.1, 0.15, 0.2, 0.25))),
+        ("legs=1..5 step 2", ValueChoice("legs", (1, 3, 5))),
         ("legs=1..3", Interval("legs", 1, 3, is_whole=True)),
         ("start.x=-1e0..+2.5", Interval("start.x", -1.0, 2.5)),
-        ("on=true", Choices("on", (True,))),
-        ("x=1,true", Choices("x", (1, True))),
+        ("on=true", ValueChoice("on", (True,))),
+        ("x=1,true", ValueChoice("x", (1, True))),
     ],
 )
-def test_parameters_are_read(text: str, parameter: Choices | Interval) -> None:
+def test_parameters_are_read(text: str, parameter: ValueChoice | Interval) -> None:
     """Values as those of a YAML list, or two ends, with a step or without."""
     assert parse_parameter(text) == parameter
 
@@ -220,4 +220,4 @@ def test_intervals_give_values_of_six_digits_within_their_ends() -> None:
 def test_a_parameter_is_varied_once() -> None:
     """Twice is a mistake."""
     with pytest.raises(InputError, match="'speed' is given twice"):
-        refuse_repeated([Choices("speed", (1,)), Choices("speed", (2,))])
+        refuse_repeated([ValueChoice("speed", (1,)), ValueChoice("speed", (2,))])

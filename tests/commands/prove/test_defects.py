@@ -20,7 +20,7 @@ from bt_mission.executive.behaviours.evaluator import Evaluator
 from bt_mission.executive.behaviours.leaves import Wait
 from bt_mission.executive.cleanups import Cleanups
 from bt_mission.executive.goals.attempt import Attempt
-from bt_mission.executive.goals.goal import Event, Goal, GoalStatus
+from bt_mission.executive.goals.goal import Goal, GoalStatus, GoalTrigger
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.sessions.load import load
 from tests.support.planting import Plant, altered, given, instead
@@ -136,9 +136,9 @@ def _drops(goal: Goal, self: Ledger, *_: object) -> Goal:
     return goal
 
 
-def _never_lost(event: Event) -> tuple[Event]:
+def _never_lost(event: GoalTrigger) -> tuple[GoalTrigger]:
     """Do not take a goal for lost once its grace is over."""
-    return (Event.UNWANTED if event is Event.GIVEN_UP else event,)
+    return (GoalTrigger.UNWANTED if event is GoalTrigger.GIVEN_UP else event,)
 
 
 def _cancels_nothing(self: Attempt, cause: object, text: str, now_ns: int) -> None:

@@ -11,7 +11,7 @@ import pytest
 from bt_mission.base.errors import BtMissionError
 from bt_mission.commands.prove.answers import parse_answers
 from bt_mission.commands.prove.claims import Claims
-from bt_mission.commands.prove.explorer import Bounds, Progress, explore
+from bt_mission.commands.prove.explorer import Bounds, ExplorationProgress, explore
 from bt_mission.commands.prove.memento import Keeper
 from bt_mission.commands.prove.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
@@ -373,11 +373,11 @@ def test_the_bound_on_memory_holds(mission: str) -> None:
     """An exploration is over before its states take more than the bound, not much before."""
     environment = ProofOptions(faults=1).environment(load(ROOT / mission))
     claims, measured = Claims(), 0
-    progress = Progress()
+    progress = ExplorationProgress()
     tracemalloc.start()
     try:
 
-        def measure(now: Progress) -> bool:
+        def measure(now: ExplorationProgress) -> bool:
             nonlocal measured, progress
             progress, measured = replace(now), tracemalloc.get_traced_memory()[0]
             return now.states < 300

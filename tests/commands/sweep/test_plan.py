@@ -13,7 +13,7 @@ from bt_mission.base.output import within
 from bt_mission.commands.sweep.plan import SweepPlan
 from bt_mission.scenarios.concrete.base_scenario import BaseChanges, BaseScenario, load_base
 from bt_mission.scenarios.concrete.bundle import Bundle
-from bt_mission.scenarios.concrete.ranges import Choices, Interval, parse_parameter
+from bt_mission.scenarios.concrete.ranges import Interval, ValueChoice, parse_parameter
 from bt_mission.scenarios.concrete.worker import ScenarioWorker
 
 MISSION = """\
@@ -30,13 +30,16 @@ def base(tmp_path: Path) -> BaseScenario:
     """A mission in a file."""
     file = tmp_path / "m.yaml"
     file.write_text(MISSION)
-    worlds = [Choices("world", ("dqn_stage1", "empty_arena"))]
+    worlds = [ValueChoice("world", ("dqn_stage1", "empty_arena"))]
     return load_base(file, BaseChanges(), worlds)
 
 
 def test_every_point_is_run_with_every_plan_and_every_seed(base: BaseScenario):
     """Seeds change last: a part of a sweep speaks of all points."""
-    parameters = (Choices("speed", (0.1, 0.2)), Choices("world", ("dqn_stage1", "empty_arena")))
+    parameters = (
+        ValueChoice("speed", (0.1, 0.2)),
+        ValueChoice("world", ("dqn_stage1", "empty_arena")),
+    )
     plans = {"none": [], "lost": ["at 1.0: drop scan lasting 1"]}
     plan = SweepPlan(base, parameters, seeds=(3, 4), plans=plans)
     assert plan.count == 16
@@ -66,7 +69,7 @@ def test_without_a_word_it_is_the_mission_itself(base: BaseScenario):
 
 def test_a_sample_is_evenly_spread_and_repeats(base: BaseScenario):
     """Each tenth of the interval has one of ten draws, which have seeds of their own."""
-    parameters = (Interval("speed", 0.0, 1.0), Choices("legs", (1, 2)))
+    parameters = (Interval("speed", 0.0, 1.0), ValueChoice("legs", (1, 2)))
     first, again, other = (
         list(SweepPlan(base, parameters, sample=10, sample_seed=seed).scenarios())
         for seed in (3, 3, 4)
@@ -81,7 +84,7 @@ def test_a_sample_is_evenly_spread_and_repeats(base: BaseScenario):
 
 def test_draws_that_repeat_each_other_are_run_once(base: BaseScenario):
     """Five draws of two values with one seed are two scenarios."""
-    plan = SweepPlan(base, (Choices("legs", (1, 2)),), seeds=(0,), sample=5)
+    plan = SweepPlan(base, (ValueChoice("legs", (1, 2)),), seeds=(0,), sample=5)
     assert len(list(plan.scenarios())) == 2
 
 
@@ -93,7 +96,7 @@ def test_an_interval_asks_for_a_sample(base: BaseScenario):
 
 def test_a_grid_of_a_milliard_is_counted_at_once(base: BaseScenario):
     """Nothing of it is made before it is wanted."""
-    plan = SweepPlan(base, (Choices("legs", (1, 2)),), seeds=range(500_000_000))
+    plan = SweepPlan(base, (ValueChoice("legs", (1, 2)),), seeds=range(500_000_000))
     assert plan.count == 1_000_000_000
     assert plan.scenario(999_999_999).data["seed"] == 499_999_999
     assert plan.about.seeds == "0..499999999"
@@ -131,7 +134,7 @@ def test_a_world_of_the_users_own_has_its_file_in_the_bundle(tmp_path: Path):
         world.parent.mkdir()
         world.write_text(f"# {folder}\nname: hall\nsize: [4, 4]\n")
     texts = tuple(str(tmp_path / folder / "hall.yaml") for folder in ("a", "b"))
-    base = load_base(file, BaseChanges(), [Choices("world", texts)])
+    base = load_base(file, BaseChanges(), [ValueChoice("world", texts)])
     assert [base.concrete({"world": text}).data["world"] for text in texts] == ["hall", "hall_2"]
     assert base.bundle.files["worlds/hall.yaml"].startswith("# a")
     assert base.bundle.files["worlds/hall_2.yaml"].startswith("# b")
@@ -202,7 +205,7 @@ def test_the_model_of_a_robot_has_its_files_in_the_bundle(tmp_path: Path):
     """They lie beside the robot's file on each worker; another text for one name is refused."""
     (tmp_path / "m.yaml").write_text(MISSION)
     shipped = find("robots", "waffle_arm")
-    base = load_base(tmp_path / "m.yaml", BaseChanges(), [Choices("robot", ("waffle_arm",))])
+    base = load_base(tmp_path / "m.yaml", BaseChanges(), [ValueChoice("robot", ("waffle_arm",))])
     base.bundle.write_to(tmp_path / "worker")
     for name in ("waffle_arm.yaml", "waffle_arm.xml"):
         assert (tmp_path / "worker/robots" / name).read_bytes() == (
@@ -213,7 +216,9 @@ def test_the_model_of_a_robot_has_its_files_in_the_bundle(tmp_path: Path):
     mine.write_text(shipped.read_text())
     (mine.parent / "waffle_arm.xml").write_text("<mujoco/>")
     with pytest.raises(BtMissionError, match=r"different files named robots/waffle_arm\.xml"):
-        load_base(tmp_path / "m.yaml", BaseChanges(), [Choices("robot", ("waffle_arm", str(mine)))])
+        load_base(
+            tmp_path / "m.yaml", BaseChanges(), [ValueChoice("robot", ("waffle_arm", str(mine)))]
+        )
 
 
 # ---- the files of a bundle, which comes from others ------------------------------------------

@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.events.mission_state import MissionState
-from bt_mission.executive.goals.goal import Event
+from bt_mission.executive.goals.goal import GoalTrigger
 from tests.support.play import message
 
 
@@ -268,7 +268,7 @@ def test_goals_side_by_side_keep_limits_of_their_own(play: Any) -> None:
     run.tick()
     short, long = run.turn.goals
     for goal in (short, long):
-        goal.on(Event.ACCEPTED)
+        goal.on(GoalTrigger.ACCEPTED)
     run.tick()
     run.executive.pause("by hand", keep_goals=True)
     run.tick(40)

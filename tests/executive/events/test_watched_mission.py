@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.executive.events.mission_file import CHANGED, FileCheck, MissionFile, sha256_of
+from bt_mission.executive.events.mission_file import CHANGED, FileCheck, MissionOrigin, sha256_of
 from bt_mission.executive.events.source import ControlRequest, Verb
 from bt_mission.executive.events.watched_mission import (
     RealTimeFactor,
@@ -70,7 +70,7 @@ TEXT = "mission: m\ntree: {wait: 1}\n"
 def test_a_file_that_has_changed_is_noted_until_it_is_what_runs(tmp_path: Path) -> None:
     """A file that is gone, as on another machine, or that is no text, is not noted."""
     path, check = tmp_path / "m.yaml", FileCheck()
-    running = MissionFile(str(path), sha256_of(TEXT))
+    running = MissionOrigin(str(path), sha256_of(TEXT))
     notes = []
     for text in (None, TEXT, TEXT + "# more\n", "other", TEXT):
         path.unlink(missing_ok=True)
@@ -85,7 +85,7 @@ def test_a_file_that_has_changed_is_noted_until_it_is_what_runs(tmp_path: Path) 
     path.write_text(other := "mission: other")
     check.look(running)
     assert check.note == CHANGED
-    check.look(MissionFile(str(path), sha256_of(other)))  # it was revised
+    check.look(MissionOrigin(str(path), sha256_of(other)))  # it was revised
     assert check.note == ""
     check.look(None)
     assert check.note == ""

@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from bt_mission.executive.goals.goal import Event, Goal, Phase
+from bt_mission.executive.goals.goal import Goal, GoalTrigger, Phase
 from tests.conftest import ScriptedServer
 
 
@@ -52,7 +52,7 @@ lost       result           ended
 """
 
 
-def expected(phase: Phase, event: Event) -> tuple[str, list[str]]:
+def expected(phase: Phase, event: GoalTrigger) -> tuple[str, list[str]]:
     """What the table above says of a pair."""
     for line in TABLE.strip().splitlines():
         if line.startswith(f"{phase:<11}{event:<17}"):
@@ -61,8 +61,8 @@ def expected(phase: Phase, event: Event) -> tuple[str, list[str]]:
     return str(phase), []
 
 
-@pytest.mark.parametrize(("phase", "event"), list(itertools.product(Phase, Event)))
-def test_each_event_in_each_phase_follows_the_table(phase: Phase, event: Event) -> None:
+@pytest.mark.parametrize(("phase", "event"), list(itertools.product(Phase, GoalTrigger)))
+def test_each_event_in_each_phase_follows_the_table(phase: Phase, event: GoalTrigger) -> None:
     """Every pair, those that change nothing too."""
     goal, requests = goal_in(phase)
     goal.on(event)
@@ -71,9 +71,9 @@ def test_each_event_in_each_phase_follows_the_table(phase: Phase, event: Event) 
 
 def test_what_holds_in_every_order_of_arrival() -> None:
     """Of up to six events, repeated and out of place ones too: the promises of a goal's life."""
-    for events in itertools.product(Event, repeat=6):
+    for events in itertools.product(GoalTrigger, repeat=6):
         goal, requests = goal_in(Phase.SENT)
-        messages: list[Event] = []
+        messages: list[GoalTrigger] = []
         for event in events:
             before, asked = goal.phase, len(requests.asked)
             goal.on(event)
@@ -85,23 +85,25 @@ def test_what_holds_in_every_order_of_arrival() -> None:
                 assert not new, messages
             # It ends by an answer of the server, never by a wish of ours.
             if goal.phase is Phase.ENDED and before is not Phase.ENDED:
-                assert event in (Event.REJECTED, Event.RESULT), messages
+                assert event in (GoalTrigger.REJECTED, GoalTrigger.RESULT), messages
             # An acceptance is asked for its result at once, and once alone until it is given up.
-            assert requests.asked.count("result") <= 1 + messages.count(Event.GIVEN_UP), messages
+            assert requests.asked.count("result") <= 1 + messages.count(GoalTrigger.GIVEN_UP), (
+                messages
+            )
             if goal.accepted:
                 assert "result" in requests.asked, messages
             # Of a goal that was not accepted, nothing is asked but that it be cancelled.
             if not goal.accepted:
                 assert "result" not in requests.asked, messages
             # A goal that nobody wants is asked to cancel, whether or not it has been answered.
-            if Event.UNWANTED in messages and goal.phase is not Phase.ENDED:
-                assert "cancel" in requests.asked or Event.GIVEN_UP in messages, messages
+            if GoalTrigger.UNWANTED in messages and goal.phase is not Phase.ENDED:
+                assert "cancel" in requests.asked or GoalTrigger.GIVEN_UP in messages, messages
             # Only a wish, or an answer to one, cancels.
             if "cancel" in new:
                 assert goal.phase in (Phase.RECALLED, Phase.CANCELING), messages
-                assert event in (Event.UNWANTED, Event.ACCEPTED), messages
+                assert event in (GoalTrigger.UNWANTED, GoalTrigger.ACCEPTED), messages
             # To be lost is not to be forgotten.
-            if before is Phase.LOST and event is Event.ACCEPTED:
+            if before is Phase.LOST and event is GoalTrigger.ACCEPTED:
                 assert new == ["result", "cancel"], messages
 
 
@@ -116,7 +118,7 @@ def test_feedback_may_overtake_the_acceptance() -> None:
     """It carries the goal's UUID, so it is this goal's; after the end it is dropped."""
     goal, _ = goal_in(Phase.SENT)
     goal.on_feedback("early")
-    goal.on(Event.ACCEPTED)
+    goal.on(GoalTrigger.ACCEPTED)
     goal.on_feedback("later")
     assert list(goal.unread) == ["early", "later"]
     goal.on_result(4, "done")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, precondition, rule
 
 from bt_mission.executive.goals.attempt import Attempt, Limits
-from bt_mission.executive.goals.goal import Event, Goal, Phase
+from bt_mission.executive.goals.goal import Goal, GoalTrigger, Phase
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.language.outcome import Outcome
 from tests.conftest import ScriptedServer
@@ -90,7 +90,7 @@ class Conversation(RuleBasedStateMachine):
         """Accept or reject, late or once more: the middleware hands on the first answer alone."""
         if goal is not None and goal.id not in self.answered:
             self.answered[goal.id] = accepted
-            goal.on(Event.ACCEPTED if accepted else Event.REJECTED)
+            goal.on(GoalTrigger.ACCEPTED if accepted else GoalTrigger.REJECTED)
 
     @rule(goal=goals, status=st.sampled_from([0, 1, 2, 4, 5, 6, 99]))
     def end(self, goal: Goal | None, status: int) -> None:
@@ -103,7 +103,7 @@ class Conversation(RuleBasedStateMachine):
     def refuse_cancel(self, goal: Goal | None) -> None:
         """Refuse to cancel."""
         if goal is not None and goal in self.server.cancels:
-            goal.on(Event.CANCEL_REFUSED)
+            goal.on(GoalTrigger.CANCEL_REFUSED)
 
     @rule(goal=goals, feedback=st.sampled_from(["some", "met"]))
     def feed(self, goal: Goal | None, feedback: str) -> None:

@@ -15,7 +15,7 @@ from bt_mission.base.errors import BtMissionError
 from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.controls import MissionControls
 from bt_mission.executive.events.source import ControlRequest, Verb
-from bt_mission.executive.goals.goal import Event, Goal, Phase
+from bt_mission.executive.goals.goal import Goal, GoalTrigger, Phase
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.store import Journal, Unpack
@@ -84,7 +84,7 @@ class World:
         """One tick of every server."""
         for goal_id, goal in tuple(self.goals.items()):
             if goal.phase in (Phase.SENT, Phase.RECALLED):
-                goal.on(Event.ACCEPTED)
+                goal.on(GoalTrigger.ACCEPTED)
                 if goal_id not in self.goals:
                     continue  # it was cancelled at once
             self.ages[goal_id] += 1

@@ -13,7 +13,7 @@ from std_msgs.msg import Int32
 from std_srvs.srv import SetBool
 
 from bt_mission.base.errors import BtMissionError
-from bt_mission.ros.virtual_time import Answer, Delivery, Gate, Passing, Side
+from bt_mission.ros.virtual_time import Delivery, Gate, Passing, ServiceResponse, Side
 from bt_mission.sessions.scripted_server import ScriptedServer
 
 S = 1_000_000_000
@@ -46,10 +46,10 @@ def test_without_a_tap_everything_arrives_at_once(numbers: Any) -> None:
 def test_a_tap_drops_delays_repeats_and_changes_for_one_receiver(numbers: Any) -> None:
     """Delays end at their own instant, also between two timers; nobody else notices."""
 
-    def tap(passing: Passing) -> list[Delivery | Answer]:
+    def tap(passing: Passing) -> list[Delivery | ServiceResponse]:
         if passing.receiver != "/a":
             return [Delivery(passing.message)]
-        fates: dict[int, list[Delivery | Answer]] = {
+        fates: dict[int, list[Delivery | ServiceResponse]] = {
             0: [],
             1: [Delivery(passing.message, after_ns=1_250_000_000)],
             2: [Delivery(passing.message), Delivery(passing.message)],
@@ -145,9 +145,9 @@ def test_a_service_is_tapped_in_both_directions(rig: Any) -> None:
     node.create_timer(1.0, lambda: None)
     client = node.create_client(SetBool, "switch")
 
-    def on_request(passing: Passing) -> list[Delivery | Answer]:
+    def on_request(passing: Passing) -> list[Delivery | ServiceResponse]:
         if passing.message.data:
-            return [Answer(SetBool.Response(message="from the tap"), after_ns=S // 4)]
+            return [ServiceResponse(SetBool.Response(message="from the tap"), after_ns=S // 4)]
         return [Delivery(passing.message, after_ns=S // 2)]
 
     def on_response(passing: Passing) -> list[Delivery]:
@@ -173,7 +173,7 @@ def test_a_response_cannot_be_answered(rig: Any) -> None:
     """That is a mistake of the tap's author."""
     rig.node("server").create_service(SetBool, "switch", lambda _, response: response)
     client = rig.node("client").create_client(SetBool, "switch")
-    rig.clock.taps.add("/switch", Side.RESPONSE, lambda p: [Answer(p.message)])
+    rig.clock.taps.add("/switch", Side.RESPONSE, lambda p: [ServiceResponse(p.message)])
     client.call_async(SetBool.Request())
     with pytest.raises(TypeError, match="a response of /switch cannot be answered"):
         rig.clock.run_until_quiet()
@@ -253,7 +253,7 @@ def test_an_action_server_is_answered_for(rig: Any, whose: str) -> None:
         lambda p: (
             [Delivery(p.message, after_ns=S)]
             if p.message.goal.angle > 5
-            else [Answer(Turn.Impl.SendGoalService.Response(accepted=False))]
+            else [ServiceResponse(Turn.Impl.SendGoalService.Response(accepted=False))]
         ),
     )
     rejected, late = (client.send_goal_async(Turn.Goal(angle=angle)) for angle in (1.0, 9.0))

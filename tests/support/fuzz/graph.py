@@ -9,7 +9,7 @@ from random import Random
 from typing import Any
 
 from bt_mission.executive.behaviours.runtime import Scope
-from bt_mission.executive.goals.goal import Event, Goal
+from bt_mission.executive.goals.goal import Goal, GoalTrigger
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.language.message_types import ListOf, MessageShape, Scalar, Shape
 from bt_mission.ros import interface_types
@@ -92,11 +92,11 @@ class Server:
             if self.is_delaying and self._luck.random() < 0.1:
                 self._asked.append(goal)
             else:
-                goal.on(Event.REJECTED if self._luck.random() < 0.1 else Event.ACCEPTED)
+                goal.on(GoalTrigger.REJECTED if self._luck.random() < 0.1 else GoalTrigger.ACCEPTED)
         cancels, self._cancels = self._cancels, []
         for goal in cancels:
             if self.is_delaying and self._luck.random() < 0.1:
-                goal.on(Event.CANCEL_REFUSED)
+                goal.on(GoalTrigger.CANCEL_REFUSED)
             else:
                 goal.on_result(5, self._luck.choice(messages(self._type.Result)))
         running, self._running = self._running, []

@@ -26,7 +26,7 @@ from bt_mission.executive.behaviours.python_leaf import PythonLeaf
 from bt_mission.executive.behaviours.runtime import Scope
 from bt_mission.executive.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.goals.goal import Event, Goal, GoalStatus
+from bt_mission.executive.goals.goal import Goal, GoalStatus, GoalTrigger
 from bt_mission.executive.goals.ledger import Ledger
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
@@ -114,7 +114,7 @@ class GoalServer:
     def _reject(self, served: Served) -> None:
         if not served.is_over:
             self._leave(served, "rejects")
-            served.goal.on(Event.REJECTED)
+            served.goal.on(GoalTrigger.REJECTED)
 
     def _accept(self, served: Served) -> None:
         world, goal = self.world, served.goal
@@ -124,7 +124,7 @@ class GoalServer:
         served.is_accepted = True
         world.note_live(served)
         self._plan(served)
-        goal.on(Event.ACCEPTED)
+        goal.on(GoalTrigger.ACCEPTED)
 
     def _plan(self, served: Served) -> None:
         world = self.world
@@ -199,7 +199,7 @@ class GoalServer:
     def _refuse(self, served: Served) -> None:
         if not served.is_over:
             self.world.note(f"{self.name} refuses to cancel")
-            served.goal.on(Event.CANCEL_REFUSED)
+            served.goal.on(GoalTrigger.CANCEL_REFUSED)
 
 
 def partial_end(client: GoalServer, served: Served) -> Callable[[GoalStatus], None]:
