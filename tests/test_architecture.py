@@ -362,7 +362,7 @@ def test_the_name_of_a_class_has_one_meaning():
     places: dict[str, list[str]] = {}
     for top in ("bt_mission", "action_servers", "sim"):
         for path in sorted((ROOT / top).rglob("*.py")):
-            for node in ast.walk(parsed(path.read_text(encoding="utf-8"))):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.ClassDef):
                     places.setdefault(node.name, []).append(path.relative_to(ROOT).as_posix())
     shared = {name: paths for name, paths in places.items() if len(paths) > 1}

@@ -24,7 +24,7 @@ _Geometry: TypeAlias = tuple[int, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class _Rays:
+class _ScanRays:
     """The rays of all lidars: limits of ranges, directions and origins, m from the first lidar."""
 
     least: npt.NDArray[np.float32]
@@ -85,7 +85,7 @@ class ScanMerger:
             ranges=merged.astype(np.float32),
         )
 
-    def _rays_of(self, geometries: tuple[_Geometry, ...]) -> _Rays:
+    def _rays_of(self, geometries: tuple[_Geometry, ...]) -> _ScanRays:
         """Return the rays of scans; the same object while no geometry changes."""
         if geometries != self._geometries:
             first = self._lidars[0]
@@ -97,7 +97,7 @@ class ScanMerger:
                 most.append(np.full(count, farthest, dtype=np.float32))
                 towards.append(np.exp(1j * (angle + step * np.arange(count))))
                 origins.append(np.full(count, complex(lidar.x - first.x, lidar.y - first.y)))
-            self._rays = _Rays(*map(np.concatenate, (least, most, towards, origins)))
+            self._rays = _ScanRays(*map(np.concatenate, (least, most, towards, origins)))
             self._geometries = geometries
         return self._rays
 
