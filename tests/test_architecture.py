@@ -406,6 +406,26 @@ def empty_names(text: str) -> list[str]:
     ]
 
 
+WITHOUT_FAULTS = ("base", "cdr", "language", "programs", "requirements", "ros", "sessions")
+"""Packages of `bt_mission` that inject no faults."""
+
+
+def test_a_fault_is_injected():
+    """An error of a file is a diagnostic: see the glossary of CONTRIBUTING.md."""
+    wrong = {}
+    for room in WITHOUT_FAULTS:
+        for path in sorted((ROOT / "bt_mission" / room).rglob("*.py")):
+            text = path.read_text(encoding="utf-8")
+            names = [
+                f"line {line}: {name}"
+                for line, name in (bound_names(text) if "fault" in text else ())
+                if {"fault", "faults"} & {*name.lower().split("_")}
+            ]
+            if names:
+                wrong[path.relative_to(ROOT).as_posix()] = names
+    assert wrong == {}
+
+
 def test_names_say_what_their_value_is():
     """A name such as `told` or `one` is replaced by the name of the thing."""
     empty = {}

@@ -125,7 +125,7 @@ class OutputFile:
     beside it as ``NAME.part.SUFFIX``, and replaces it when it is closed whole. So a process that is
     killed leaves what it has written, and what was there before.
 
-    Once a write fails, nothing more is written, and :attr:`fault` says why.
+    Once a write fails, nothing more is written, and :attr:`write_error` says why.
 
     Args:
         path: Where it is written.
@@ -139,7 +139,7 @@ class OutputFile:
         self.path = path
         self.place = path
         """Its present place: :attr:`path`, or beside it until it is closed complete."""
-        self.fault: str | None = None
+        self.write_error: str | None = None
         self._is_named = stream is None
         try:
             if stream is None and path.is_file():
@@ -164,7 +164,7 @@ class OutputFile:
 
     def attempt(self, write: Callable[[], object]) -> None:
         """Write, unless a write has failed."""
-        if self.fault is None:
+        if self.write_error is None:
             try:
                 write()
             except OSError as error:
@@ -172,8 +172,8 @@ class OutputFile:
 
     def abandon(self, why: str) -> None:
         """Write nothing more."""
-        if self.fault is None:
-            self.fault = why
+        if self.write_error is None:
+            self.write_error = why
 
     def close(self, *, replaces: bool = True) -> None:
         """Close it; further calls do nothing.
@@ -185,7 +185,7 @@ class OutputFile:
             return
         if replaces and self.place != self.path:
             self.attempt(lambda: _finish(self.stream, self.path))
-        if self.fault is not None and isinstance(self.stream, BufferedWriter):
+        if self.write_error is not None and isinstance(self.stream, BufferedWriter):
             self.stream.raw.close()  # without what is still buffered, which is missing by now
         try:
             self.stream.close()

@@ -36,7 +36,7 @@ class ParameterSpec:
             return " or ".join(self.choices)
         return f"one of {', '.join(self.choices)}" if self.choices else ""
 
-    def fault_of_text(self, name: str, value: str) -> str | None:
+    def why_invalid(self, name: str, value: str) -> str | None:
         """Return why a text is invalid for the parameter of that name, or None."""
         if not value:
             return f"{name} must be a text, got {value!r}"

@@ -42,8 +42,8 @@ def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Execu
                 wanted = named[0] if len(named) == 1 else wanted
             chosen = choose(executives, wanted)
             if chosen is not None:
-                if chosen.fault:
-                    print(f"{chosen.name}: {chosen.fault}", file=sys.stderr)
+                if chosen.problem:
+                    print(f"{chosen.name}: {chosen.problem}", file=sys.stderr)
                 return observer.attach(chosen.name, with_robot=False)
         if is_late:
             print(nobody(wanted, executives, observer.where), file=sys.stderr)

@@ -140,7 +140,7 @@ class RunFiles:
         outputs += [made.output for made in self.others]
         if self.recorder is not None and self.recording is not None:
             outputs.append(self.recorder.file.output)
-        cut = (file.fault is not None or file.is_deleted or file.remark for file in outputs)
+        cut = (file.write_error is not None or file.is_deleted or file.remark for file in outputs)
         return "report_lacks" in kept or any(cut)
 
     def _finish_traces(self) -> Kept:

@@ -77,7 +77,7 @@ def shown_on_page(
     def is_over() -> bool:
         nonlocal has_said
         if driver.result is None:
-            return driver.fault is not None
+            return driver.error is not None
         if not (interrupts.count or has_said):
             has_said = True
             to_stderr(page_stays(driver.result.verdict))

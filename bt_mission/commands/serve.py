@@ -143,8 +143,8 @@ def _serve_missions(
     """
     from bt_mission.base.errors import callback_failure
 
-    fault: Exception | None = None
-    while node.is_busy or not (interrupts.count or fault):
+    failure: Exception | None = None
+    while node.is_busy or not (interrupts.count or failure):
         if interrupts.count == 1:
             node.close(f"interrupted by {interrupts.name}")
         elif interrupts.count > 1:
@@ -155,13 +155,13 @@ def _serve_missions(
             node.look()
         except Exception as error:
             reason = callback_failure(error)
-            if fault is not None:
+            if failure is not None:
                 node.abandon(reason)
                 raise
-            fault = error
+            failure = error
             node.close(reason)
-    if fault is not None:
-        raise fault
+    if failure is not None:
+        raise failure
     return True
 
 

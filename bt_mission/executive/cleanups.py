@@ -83,7 +83,7 @@ class Cleanups:
 
         Clean-ups begin, or continue.
         """
-        faults = []
+        errors = []
         inside, goals = self.inside, self._goals
         due: frozenset[Behaviour] = frozenset(node for node in self._nodes if node.limit_s > 0)
         for node in root.iterate():
@@ -95,8 +95,8 @@ class Cleanups:
                 elif node in goals:
                     node.call_terminate(Status.INVALID)  # its update may have raised
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
-                faults.append(f"stopping '{node.name}' raised {described(error)}")
-        return faults
+                errors.append(f"stopping '{node.name}' raised {described(error)}")
+        return errors
 
     def skip(self, reason: str) -> None:
         """End all of them now, those in each other included."""

@@ -135,10 +135,10 @@ class TraceFile:
         """The missing part of the file, as text; empty if it is complete."""
         if self.file.is_deleted:
             return DELETED
-        if self.file.fault is None:
+        if self.file.write_error is None:
             return ""
         first, lost = (_time_ns(line) for line in (self._first, self._lost))
-        return f"everything after {max(0, lost - first) / 1e9:.1f} s ({self.file.fault})"
+        return f"everything after {max(0, lost - first) / 1e9:.1f} s ({self.file.write_error})"
 
     def close(self, *, replaces: bool = True) -> None:
         """Stop writing; further calls do nothing."""
@@ -146,7 +146,7 @@ class TraceFile:
         self.file.close(replaces=replaces)
 
     def _take(self, line: str) -> None:
-        if self.file.fault is not None:
+        if self.file.write_error is not None:
             return
         try:
             self.file.stream.write(f"{line}\n".encode())

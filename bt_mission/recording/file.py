@@ -24,7 +24,7 @@ class McapFile:
     """Messages of topics with their types, in chunks of about a second.
 
     Once the disk is full, or a write fails for another reason, nothing more is written, and
-    :attr:`fault` has the reason. Everything written before can be read.
+    :attr:`write_error` has the reason. Everything written before can be read.
 
     Args:
         path: See :class:`OutputFile`.
@@ -55,9 +55,9 @@ class McapFile:
         return self.output.place
 
     @property
-    def fault(self) -> str | None:
-        """Why nothing more is written; None without a fault."""
-        return self.output.fault
+    def write_error(self) -> str | None:
+        """Why nothing more is written; None without an error."""
+        return self.output.write_error
 
     def channel(
         self, topic: str, type_name: str, definition: str, metadata: Mapping[str, str]
@@ -74,7 +74,7 @@ class McapFile:
 
         They are flushed a second after the last time, or when many are waiting.
         """
-        if not messages or self.fault is not None:
+        if not messages or self.write_error is not None:
             return
         self._writer.add_messages(time_ns, messages)
         self._newest_ns = time_ns
@@ -100,7 +100,7 @@ class McapFile:
             self._stream.flush()
 
         self._try(write)
-        if self.fault is not None:
+        if self.write_error is not None:
             return
         self.bytes = self._writer.bytes_written
         self.messages += waiting
@@ -127,5 +127,5 @@ class McapFile:
     def _try(self, write: Callable[[], object]) -> None:
         """Write, unless a write has failed; stop writing if this one fails."""
         self.output.attempt(write)
-        if self.fault is not None:
+        if self.write_error is not None:
             self.output.close()

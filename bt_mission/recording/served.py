@@ -80,7 +80,7 @@ class _ServedRecording(Onlooker):
         else:
             recorder.close()
         output = recorder.file.output
-        if output.fault is not None or output.is_deleted or output.remark:
+        if output.write_error is not None or output.is_deleted or output.remark:
             self._recordings.note_incomplete()
 
 

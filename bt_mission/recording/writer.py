@@ -132,9 +132,9 @@ class RunRecorder(Onlooker):
         if self.file.output.is_deleted:
             return DELETED
         lacks = []
-        if self.file.fault is not None:
+        if self.file.write_error is not None:
             at_s = ((self.file.kept_ns or 0) - self._start_ns) / 1e9
-            lacks.append(f"everything after {max(0.0, at_s):.1f} s ({self.file.fault})")
+            lacks.append(f"everything after {max(0.0, at_s):.1f} s ({self.file.write_error})")
         lacks += [f"{topic} ({why})" for topic, why in sorted(self._topics.faults.items())]
         return "; ".join(lacks)
 
@@ -143,7 +143,7 @@ class RunRecorder(Onlooker):
         self._look()
 
     def _take_in(self) -> None:
-        if self.file.fault is not None:
+        if self.file.write_error is not None:
             self._topics.close()
             return
         now_ns = self._session.now_ns

@@ -92,7 +92,7 @@ def examine(
     """
 
     def checked(values: Mapping[str, Plain]) -> Examined:
-        check = partial(_faults, servers=servers, permissions=permissions, given=given)
+        check = partial(_diagnostics, servers=servers, permissions=permissions, given=given)
         zones: Mapping[str, Pose] | None = AnyPlace() if given.is_elsewhere else None
         if given.world is not None:
             zones = {zone.name: (zone.x, zone.y, 0.0) for zone in given.world.zones}
@@ -103,28 +103,29 @@ def examine(
             return None, error.diagnostics
 
     values = dict(set or {})
-    mission, faults = checked(values)
+    mission, diagnostics = checked(values)
     for name, value in values.items() if mission is None else ():
         others = {other: values[other] for other in values if other != name}
         without = frozenset(checked(others)[1])
-        faults = tuple(
-            fault if fault in without else _of_value(fault, name, value) for fault in faults
+        diagnostics = tuple(
+            diagnostic if diagnostic in without else _of_value(diagnostic, name, value)
+            for diagnostic in diagnostics
         )
-    return mission, in_order(faults)
+    return mission, in_order(diagnostics)
 
 
-def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
+def _of_value(diagnostic: Diagnostic, name: str, value: Plain) -> Diagnostic:
     """Return a diagnostic of a file as one of the value of an input on the command line."""
-    if fault.file == SET_OPTION or not fault.line:
-        return fault
-    message = f"{fault.message}, in {fault.file}:{fault.line}:{fault.column}"
+    if diagnostic.file == SET_OPTION or not diagnostic.line:
+        return diagnostic
+    message = f"{diagnostic.message}, in {diagnostic.file}:{diagnostic.line}:{diagnostic.column}"
     source = f"{name}={value}"
     return replace(
-        fault, message=message, file=SET_OPTION, line=1, column=len(name) + 2, source=source
+        diagnostic, message=message, file=SET_OPTION, line=1, column=len(name) + 2, source=source
     )
 
 
-def _faults(
+def _diagnostics(
     mission: Mission,
     servers: ServerSettings | None,
     permissions: Permissions,
@@ -192,7 +193,7 @@ OTHER_NAMES = {
 
 
 def _place_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
-    """Yield a fault for a world or robot that is not there."""
+    """Yield a diagnostic for a world or robot that is not there."""
     document = mission.document
     places: tuple[tuple[files.Kind, str, str | None], ...] = (
         ("worlds", "world", mission.world),
@@ -265,7 +266,7 @@ def _part_diagnostics(
     permissions: Permissions,
     robot: RobotModel | None,
 ) -> Iterator[Diagnostic]:
-    """Yield a fault for every goal that needs a camera, an arm or a gripper which is missing."""
+    """Yield a diagnostic for every goal that needs a missing camera, arm or gripper."""
     steps = [
         (tree.document, step, part)
         for tree in mission.all_trees

@@ -54,14 +54,14 @@ class StepDriver(Generic[R]):
     def __init__(self, steps: Steps[R]) -> None:
         self.result: R | None = None
         """Once the session has ended."""
-        self.fault: Exception | None = None
+        self.error: Exception | None = None
         """The exception of a step; no step follows it."""
         self._steps = steps
 
     @property
     def is_over(self) -> bool:
         """Whether there is no further step."""
-        return self.result is not None or self.fault is not None
+        return self.result is not None or self.error is not None
 
     def advance(self) -> float:
         """Take the steps that are due, for :data:`TURN_S`. Return the wall time to the next, s.
@@ -77,7 +77,7 @@ class StepDriver(Generic[R]):
             except StopIteration as end:
                 self.result = end.value
             except Exception as error:  # noqa: BLE001 - raised again by `finish`
-                self.fault = error
+                self.error = error
         return max(wait_s, 0.0)
 
     def finish(self) -> R:
@@ -86,8 +86,8 @@ class StepDriver(Generic[R]):
         Raises:
             Exception: The exception of a step.
         """
-        if self.fault is not None:
-            raise self.fault
+        if self.error is not None:
+            raise self.error
         if self.result is None:
             self.result = finish(self._steps)
         return self.result

@@ -118,7 +118,7 @@ class ServerGoalRules:
         position, turn = stamped["pose"]["position"], stamped["pose"]["orientation"]
         why = None
         if self._checker is not None and stamped["header"]["frame_id"] in ("", MAP_FRAME):
-            why = self._checker.fault(position["x"], position["y"])
+            why = self._checker.why_unreachable(position["x"], position["y"])
         if why is not None:
             yield document.diagnostic("BT-505", path, why)
         yaw = math.degrees(2.0 * math.atan2(turn["z"], turn["w"]))

@@ -24,15 +24,15 @@ class NamedFiles:
 
     Args:
         document: The file.
-        faults: Receives every error and warning, each with its place.
+        diagnostics: Receives every error and warning, each with its place.
         permissions: The files that may be read.
     """
 
     def __init__(
-        self, document: Document, faults: list[Diagnostic], permissions: Permissions = ANYTHING
+        self, document: Document, diagnostics: list[Diagnostic], permissions: Permissions = ANYTHING
     ) -> None:
         self._document = document
-        self._diagnostics = faults
+        self._diagnostics = diagnostics
         self._permissions = permissions
 
     def text_of(self, written: Any, path: Sequence[str]) -> Document | None:
@@ -70,10 +70,12 @@ class NamedFiles:
         """
         if text is None:
             return None
-        mission, faults = examine(text, **changes)
+        mission, diagnostics = examine(text, **changes)
         self._diagnostics += [
-            locate(fault.source.partition("=")[0], fault) if fault.file == SET_OPTION else fault
-            for fault in faults
+            locate(diagnostic.source.partition("=")[0], diagnostic)
+            if diagnostic.file == SET_OPTION
+            else diagnostic
+            for diagnostic in diagnostics
         ]
         return mission
 

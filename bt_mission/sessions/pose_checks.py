@@ -23,7 +23,7 @@ class PoseChecker:
         grid = Grid(drawn.resolution, *drawn.origin, drawn.cells)
         self._roads = road_map(survey(grid), cost_model(robot.passing_radius))
 
-    def fault(self, x: float, y: float) -> str | None:
+    def why_unreachable(self, x: float, y: float) -> str | None:
         """Return why no robot can reach a point of the map, in metres, or None."""
         nearest = goal_nodes(self._roads, (x, y))
         return (

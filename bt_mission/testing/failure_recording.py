@@ -22,17 +22,17 @@ class FailureRecording:
     def __init__(self, stage: Stage, path: Path) -> None:
         self._path = path
         self._recorder: RunRecorder | None = None
-        self._fault = ""
+        self._error = ""
         self._has_ended = False
         try:
             self._recorder = RunRecorder(stage, path)
         except BtMissionError as error:
-            self._fault = str(error)
+            self._error = str(error)
 
     @property
     def missing(self) -> str:
         """The missing parts, as text; empty if complete."""
-        return self._fault or (self._recorder.missing if self._recorder else "")
+        return self._error or (self._recorder.missing if self._recorder else "")
 
     def finish(self, summary: Mapping[str, Any]) -> None:
         """Write down that the run has ended."""

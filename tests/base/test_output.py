@@ -96,7 +96,7 @@ def test_a_new_file_has_its_name_from_the_start(tmp_path: Path) -> None:
     file.stream.flush()
     assert file.path.read_bytes() == b"half"
     file.close()
-    assert (file.fault, file.remark, file.place) == (None, "", file.path)
+    assert (file.write_error, file.remark, file.place) == (None, "", file.path)
 
 
 def test_beside_an_old_file_it_grows_until_it_is_whole(old: Path) -> None:
@@ -120,9 +120,9 @@ def test_a_grown_file_that_is_not_whole_replaces_nothing(old: Path) -> None:
     file = OutputFile(old)
     with full_after(1000):
         file.attempt(lambda: (file.stream.write(bytes(500)), file.stream.flush()))
-        faults = [file.fault]
+        faults = [file.write_error]
         file.attempt(lambda: (file.stream.write(bytes(1000)), file.stream.flush()))
-        faults.append(file.fault)
+        faults.append(file.write_error)
         file.attempt(lambda: pytest.fail("nothing more is written"))
         file.close()
     assert faults == [None, "File too large"]
@@ -149,7 +149,7 @@ def test_a_file_that_somebody_deletes_is_known_to_be_gone(old: Path) -> None:
     deleted.append(file.is_deleted)
     file.close()
     assert deleted == [False, True]
-    assert (file.fault, old.read_bytes()) == ("No such file or directory", OLD)
+    assert (file.write_error, old.read_bytes()) == ("No such file or directory", OLD)
 
 
 @pytest.mark.process(always=True)

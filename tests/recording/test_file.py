@@ -128,7 +128,7 @@ def test_a_full_disk_ends_the_recording_and_nothing_else() -> None:
     channel = file.channel("/t", "std_msgs/msg/String", "string data\n", {})
     for number in range(100):
         file.write(S + number * S // 10, [(channel, bytes(100))])
-    assert file.fault == "No space left on device"
+    assert file.write_error == "No space left on device"
     assert file.kept_ns is not None
     assert S <= file.kept_ns < 11 * S
     file.attach("a", "text/plain", b"", 0)
@@ -147,7 +147,7 @@ def test_a_disk_may_be_full_at_any_time(room: int) -> None:
     file.attach("a", "text/plain", bytes(1000), 0)
     file.write(S, [(channel, bytes(100))])
     file.close()
-    assert file.fault == "No space left on device"
+    assert file.write_error == "No space left on device"
 
 
 def test_a_time_that_goes_back_does_not_stop_the_flushing(tmp_path: Path) -> None:

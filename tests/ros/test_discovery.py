@@ -164,7 +164,7 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
             observer._node.create_publisher(msg.MissionState, f"{name}/state", LATCHED)
 
         def find() -> dict[str, str]:
-            return {executive.name: executive.fault for executive in observer.find()}
+            return {executive.name: executive.problem for executive in observer.find()}
 
         assert find() == {}
         publish("/robot2/bt_mission")

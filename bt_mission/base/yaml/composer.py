@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import yaml  # type: ignore[import-untyped]
@@ -199,7 +200,7 @@ class _EventReader:
         if self.root is None or (self.root[0] is None and not self.diagnostics):
             self.fail("BT-109", "the file is empty", (1, 1))
         if self.diagnostics:
-            raise InputError(sorted(self.diagnostics, key=lambda fault: (fault.line, fault.column)))
+            raise InputError(sorted(self.diagnostics, key=attrgetter("line", "column")))
         assert self.root is not None
         return self.root
 

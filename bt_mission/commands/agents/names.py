@@ -14,7 +14,7 @@ _EAST_ASIAN = frozenset(
 _MOST_NAMED = 3
 
 
-def fault_of(name: str) -> str | None:
+def why_invalid(name: str) -> str | None:
     """Return why a person could take a name for another one, or for more than a name; or None."""
     if len(name) > LONGEST:
         return f"a name has at most {LONGEST} characters"

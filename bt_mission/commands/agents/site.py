@@ -14,7 +14,7 @@ from bt_mission.base.files import Kind, find
 from bt_mission.base.nature import Profile
 from bt_mission.base.yaml.document import Document, Key, read_source, read_text
 from bt_mission.commands.agents.folder import Proposal, digest_of
-from bt_mission.commands.agents.names import fault_of
+from bt_mission.commands.agents.names import why_invalid
 from bt_mission.commands.agents.site_files import SiteFiles, differing
 from bt_mission.language.loader import Examined
 from bt_mission.language.mission import Mission, Requirement
@@ -242,7 +242,7 @@ def _names(mission: Mission) -> Iterator[Diagnostic]:
     for tree in mission.all_trees:
         named += [(tree.document, (*node.path, "name"), node.name) for node in tree.body.walk()]
     for where, path, name in named:
-        if why := fault_of(name):
+        if why := why_invalid(name):
             yield where.diagnostic("BT-1402", path, why, key=path[0] != "mission")
 
 

@@ -95,13 +95,13 @@ class ForkChange:
             wanted = "number" if wanted == "integer" else wanted
             if wanted is not None and not fits(type_of(value), wanted):
                 message = f"'{name}' is {WORDS[wanted]} at that instant"
-                raise InputError([_fault(name, value, message)])
+                raise InputError([_diagnostic(name, value, message)])
         scope.values.update(self.values)
         if self.edit is not None and self.is_revision:
             revision = runner.revise(self.edit)
             if revision.is_refused:
                 raise InputError(
-                    [_fault("mission", self.edit.file, reason) for reason in revision.reasons]
+                    [_diagnostic("mission", self.edit.file, reason) for reason in revision.reasons]
                 )
         elif self.edit is not None and not self.is_from_start:
             revise_tree(self.edit, scope)
@@ -117,23 +117,22 @@ def values_of(mission: Mission, given: Iterable[tuple[str, str]]) -> dict[str, P
     written = {name for node in mission.tree.walk() for name in written_by(node)} - followed
     known = [*mission.inputs, *sorted(written - mission.inputs.keys())]
     values: dict[str, Plain] = {}
-    faults = []
+    diagnostics = []
     for name, text in given:
         if name in mission.inputs:
             taken, wrong = overridden(mission.inputs, {name: text})
             values[name] = taken[name]
-            faults += wrong
+            diagnostics += wrong
         elif name in written:
             values[name] = _plain(text)
         elif name in followed:
-            faults.append(
-                _fault(name, text, f"'{name}' follows a topic; only the topic changes it")
-            )
+            message = f"'{name}' follows a topic; only the topic changes it"
+            diagnostics.append(_diagnostic(name, text, message))
         else:
             message = f"unknown variable {quoted(name)} (the mission's: {listed(known)})"
-            faults.append(_fault(name, text, message, did_you_mean(name, known)))
-    if faults:
-        raise InputError(faults)
+            diagnostics.append(_diagnostic(name, text, message, did_you_mean(name, known)))
+    if diagnostics:
+        raise InputError(diagnostics)
     return values
 
 
@@ -161,5 +160,5 @@ def _plain(text: str) -> Plain:
     return text if value is None or isinstance(value, dict) else value
 
 
-def _fault(name: str, value: object, message: str, hint: str | None = None) -> Diagnostic:
+def _diagnostic(name: str, value: object, message: str, hint: str | None = None) -> Diagnostic:
     return Diagnostic("BT-1004", message, SET_OPTION, 1, 1, f"{name}={value}", hint)

@@ -120,7 +120,7 @@ class ForkedRun:
         """The number of lines that have to be equal."""
         self._lines: list[str] = []
         self._parted: int | None = None
-        self._fault: BtMissionError | None = None
+        self._error: BtMissionError | None = None
         self._is_telling = False
         """Whether the change is being logged. That is not a difference."""
         self._stage: Stage
@@ -153,8 +153,8 @@ class ForkedRun:
             ForkError: It was not equal up to the fork, with the first difference.
             InputError: The change did not fit the run at its instant.
         """
-        if self._fault is not None:
-            raise self._fault
+        if self._error is not None:
+            raise self._error
         source, lines = self._source, self._lines
         if self._parted is None and len(lines) < len(self._recorded):
             self._parted = len(lines)
@@ -183,7 +183,7 @@ class ForkedRun:
         try:
             self._change.apply(self._run.runner)
         except BtMissionError as error:
-            self._fault = error
+            self._error = error
             self._leave()
             return
         self._is_telling = True

@@ -63,10 +63,10 @@ class FormLine(Vertical):
     def check(self) -> bool:
         """Show the error, if any. Return whether the value is valid."""
         entry = self.read()
-        fault = entry[1] if entry else ""
-        self.set_class(bool(fault), "wrong")
-        self.query_one(".note", Static).update(escape_control(fault or self.line.note))
-        return not fault
+        problem = entry[1] if entry else ""
+        self.set_class(bool(problem), "wrong")
+        self.query_one(".note", Static).update(escape_control(problem or self.line.note))
+        return not problem
 
 
 class GoalFormApp(EscapingApp[goal_events.GoalResult | None]):

@@ -44,8 +44,8 @@ class Mp4File:
     """H.264, 4:2:0, in an MP4 file. Memory does not grow with the length.
 
     While it is written it consists of fragments, which can be played when the process is killed;
-    closed, it is an ordinary file. Once a write fails nothing more is written, and :attr:`fault`
-    says why.
+    closed, it is an ordinary file. Once a write fails nothing more is written, and
+    :attr:`write_error` says why.
 
     Args:
         path: See :class:`OutputFile`.
@@ -80,7 +80,7 @@ class Mp4File:
 
     def add(self, picture: Picture, times: int = 1) -> None:
         """Add a frame, optionally several times: 8-bit RGB, height x width x 3."""
-        if self.fault is None:
+        if self.write_error is None:
             self._guarded(lambda: self._encode(picture, times))
 
     @property
@@ -89,9 +89,9 @@ class Mp4File:
         return self.output.place
 
     @property
-    def fault(self) -> str | None:
-        """Why nothing more is written; None without a fault."""
-        return self.output.fault
+    def write_error(self) -> str | None:
+        """Why nothing more is written; None without an error."""
+        return self.output.write_error
 
     def abandon(self, why: str) -> None:
         """Write nothing more."""
@@ -106,10 +106,10 @@ class Mp4File:
         if self._is_closed:
             return
         self._is_closed = True
-        if self.fault is None:
+        if self.write_error is None:
             self._guarded(self._end)
         self.output.close(replaces=replaces)
-        if self.fault is not None:
+        if self.write_error is not None:
             # The fragments that are there stay as they are: nothing reaches the closed stream.
             with suppress(OSError, ValueError, self._av.FFmpegError):
                 self._container.close()

@@ -111,9 +111,9 @@ class VideoRecorder:
     @property
     def missing(self) -> str:
         """The missing part of the video, as text; empty if it is complete."""
-        if self.file.fault is None:
+        if self.file.write_error is None:
             return ""
-        return f"everything after {self.file.frames / FPS:.1f} s ({self.file.fault})"
+        return f"everything after {self.file.frames / FPS:.1f} s ({self.file.write_error})"
 
     def finish(self) -> None:
         """Show the result of the mission, and close the video."""
@@ -159,7 +159,7 @@ class VideoRecorder:
                 self._ground.mark(place.x, place.y)
 
     def _shoot(self, times: int) -> None:
-        if self.file.fault is not None:
+        if self.file.write_error is not None:
             return
         views, frame = self._views, self._frame
         views.look()

@@ -46,12 +46,12 @@ class ListedExecutive:
 
     Args:
         name: The name of its node, such as ``/robot1/bt_mission``.
-        fault: Why it cannot be watched, or only with care; empty without a problem.
+        problem: Why it cannot be watched, or only with care; empty without a problem.
         is_foreign: Its messages are of another version and cannot be read.
     """
 
     name: str
-    fault: str = ""
+    problem: str = ""
     is_foreign: bool = False
 
     @property
@@ -169,9 +169,9 @@ class Attachment:
         if len(executives) > 1:
             return AttachmentChange(is_choice=True)
         if executives[0].is_foreign:
-            return AttachmentChange(f"{executives[0].name}: {executives[0].fault}")
+            return AttachmentChange(f"{executives[0].name}: {executives[0].problem}")
         self.attach(executives[0].name)
-        return AttachmentChange(executives[0].fault, is_new=True)
+        return AttachmentChange(executives[0].problem, is_new=True)
 
 
 def wanted_name(text: str | None) -> str | None:
@@ -199,7 +199,7 @@ def choose(executives: Sequence[ListedExecutive], wanted: str | None) -> ListedE
         names = listed(executive.name for executive in executives)
         raise BtMissionError(f"{len(executives)} executives: choose one of {names}", code="BT-912")
     if executives and executives[0].is_foreign:
-        raise BtMissionError(f"{executives[0].name}: {executives[0].fault}", code="BT-915")
+        raise BtMissionError(f"{executives[0].name}: {executives[0].problem}", code="BT-915")
     return executives[0] if executives else None
 
 

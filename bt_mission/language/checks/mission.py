@@ -48,12 +48,12 @@ def tree_diagnostics(
     diagnostics = (
         diagnostic
         for tree in mission.all_trees
-        for diagnostic in _faults_in(tree, checker, permissions)
+        for diagnostic in _diagnostics_in(tree, checker, permissions)
     )
     return list(islice(diagnostics, MOST_DIAGNOSTICS))
 
 
-def _faults_in(
+def _diagnostics_in(
     tree: Tree, checker: TypeChecker, permissions: Permissions | None
 ) -> Iterator[Diagnostic]:
     for follow in tree.follow:

@@ -42,7 +42,7 @@ class ParameterFile:
 
         A wildcard may also name parameters of other nodes, unless it nearly names a known one.
         """
-        faults = [
+        diagnostics = [
             self.document.diagnostic(
                 "BT-806",
                 self.places[name],
@@ -54,8 +54,8 @@ class ParameterFile:
             if name not in known
             and (_is_node(self.places[name]) or did_you_mean(name, sorted(known)))
         ]
-        if faults:
-            raise InputError(in_order(faults))
+        if diagnostics:
+            raise InputError(in_order(diagnostics))
 
 
 def read_parameters(path: str | Path, node: str, namespace: str = "") -> ParameterFile:
@@ -66,23 +66,23 @@ def read_parameters(path: str | Path, node: str, namespace: str = "") -> Paramet
     place; a name that differs little from a known one is one.
     """
     document = read(path)
-    faults: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     values: dict[str, Any] = {}
     places: dict[str, Keys] = {}
     sections = dict(_sections(document.data, ()))
     full_name = "/".join(("", *filter(None, namespace.split("/")), node))
     if not any(_is_ours(keys) for keys in sections):
         what = f"'{ANY_NODE}:' or '{node}:'"
-        faults.append(document.diagnostic("BT-806", (), f"expected {what}, got neither"))
+        diagnostics.append(document.diagnostic("BT-806", (), f"expected {what}, got neither"))
     for keys, content in sections.items():
         hint = did_you_mean(str(keys[-1]).rpartition("/")[2], NODES)
         if not _is_ours(keys):
             if hint is not None:
                 message = f"no such node '{keys[-1]}' (known: {listed([ANY_NODE, *NODES])})"
-                fault = document.diagnostic("BT-806", keys, message, hint=hint, key=True)
-                faults.append(fault)
+                diagnostic = document.diagnostic("BT-806", keys, message, hint=hint, key=True)
+                diagnostics.append(diagnostic)
         elif set(content) != {PARAMETERS}:
-            faults.append(
+            diagnostics.append(
                 document.diagnostic("BT-806", keys, f"expected only '{PARAMETERS}:' here")
             )
         elif _names(keys, full_name) and isinstance(content[PARAMETERS], dict):
@@ -90,11 +90,11 @@ def read_parameters(path: str | Path, node: str, namespace: str = "") -> Paramet
                 name = ".".join(str(key) for key in below[len(keys) + 1 :])
                 values[name], places[name] = value, below
                 if not isinstance(value, bool | int | float | str):
-                    faults.append(
+                    diagnostics.append(
                         document.diagnostic("BT-806", below, f"expected a value for '{name}'")
                     )
-    if faults:
-        raise InputError(in_order(faults))
+    if diagnostics:
+        raise InputError(in_order(diagnostics))
     return ParameterFile(document, values, places)
 
 

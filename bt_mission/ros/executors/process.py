@@ -100,9 +100,9 @@ class RobotNode(ValidClock, Node):
                 not among the choices.
         """
         value = self.declare_parameter(name, spec.default, _descriptor(spec)).value
-        fault = spec.fault_of_text(name, value) if isinstance(spec.default, str) else None
-        if fault is not None:
-            raise InvalidParameterValueException(name, value, fault)
+        why = spec.why_invalid(name, value) if isinstance(spec.default, str) else None
+        if why is not None:
+            raise InvalidParameterValueException(name, value, why)
         if isinstance(spec.default, str):
             self._texts[name] = spec
         return value
@@ -151,13 +151,13 @@ class RobotNode(ValidClock, Node):
 
     def _check_texts(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         """Refuse a text that is not among the choices. ROS checks only numbers."""
-        faults = (
-            self._texts[parameter.name].fault_of_text(parameter.name, parameter.value)
+        reasons = (
+            self._texts[parameter.name].why_invalid(parameter.name, parameter.value)
             for parameter in parameters
             if parameter.name in self._texts and isinstance(parameter.value, str)
         )
-        fault = next(filter(None, faults), None)
-        return SetParametersResult(successful=fault is None, reason=fault or "")
+        why = next(filter(None, reasons), None)
+        return SetParametersResult(successful=why is None, reason=why or "")
 
     def warn_of_unknown(self) -> None:
         """Warn of values for parameters that do not exist."""

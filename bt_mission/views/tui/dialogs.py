@@ -116,7 +116,7 @@ class Chooser(Dialog[str | None]):
             [
                 (f"{self._marks.cursor if number == self._cursor else ' '} ", "key"),
                 (executive.name, "chosen" if number == self._cursor else "title"),
-                (f"  {executive.fault}" if executive.fault else "", "notice"),
+                (f"  {executive.problem}" if executive.problem else "", "notice"),
             ]
             for number, executive in enumerate(self._executives)
         ]

@@ -208,7 +208,7 @@ class LiveMission:
         self.board.put("hint", self._hint)
         is_choice = self._is_choice or self._is_fleet
         choices = (
-            [(executive.name, executive.fault) for executive in self._graph.find()]
+            [(executive.name, executive.problem) for executive in self._graph.find()]
             if is_choice
             else []
         )

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.commands.agents.names import fault_of, shown_name
+from bt_mission.commands.agents.names import shown_name, why_invalid
 from bt_mission.commands.agents.shown import CONTINUED, MOST_LINES, THEIRS, Shown
 from tests.commands.agents.played import HOLDS, RUNS, Played
 from tests.support.web_pages import fetch
@@ -136,7 +136,7 @@ def test_folders_of_killed_jobs_are_removed_at_the_next_start(played: Played) ->
 )
 def test_names_are_of_one_script(name: str, *, is_fine: bool) -> None:
     """East Asian scripts are written together, and with Latin letters."""
-    assert (fault_of(name) is None) == is_fine
+    assert (why_invalid(name) is None) == is_fine
 
 
 def test_letters_that_look_like_others_are_named() -> None:

@@ -42,7 +42,7 @@ def test_frames_come_back(file: Mp4File) -> None:
     frames = decoded(file.path)
     assert len(frames) == file.frames == 30
     assert [frame.mean() for frame in frames[:25]] == pytest.approx(range(0, 250, 10), abs=3)
-    assert (file.fault, file.bytes) == (None, file.path.stat().st_size)
+    assert (file.write_error, file.bytes) == (None, file.path.stat().st_size)
 
 
 def test_colours_are_kept(file: Mp4File) -> None:
@@ -84,7 +84,7 @@ def test_a_full_disk_ends_the_film_alone(tmp_path: Path, monkeypatch: pytest.Mon
         file.add(noise.integers(0, 255, (120, 160, 3), dtype=np.uint8))
     file.close()
     monkeypatch.undo()
-    assert file.fault == "No space left on device"
+    assert file.write_error == "No space left on device"
     assert file.frames < 400
     played = 0
     with av.open(str(file.path)) as container, suppress(av.FFmpegError):

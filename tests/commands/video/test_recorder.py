@@ -40,7 +40,7 @@ class Taken:
     def __init__(self) -> None:
         self.path = Path("film.mp4")
         self.pictures: list[np.ndarray] = []
-        self.fault: str | None = None
+        self.write_error: str | None = None
         self.bytes = 0
 
     @property
@@ -51,7 +51,7 @@ class Taken:
         self.pictures += [picture.copy()] * times
 
     def abandon(self, why: str) -> None:
-        self.fault = why
+        self.write_error = why
 
     def close(self, *, replaces: bool = True) -> None:
         self.bytes = 1
