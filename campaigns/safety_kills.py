@@ -126,10 +126,6 @@ class Truth:
         """Time of the newest truth that was heard, s; 0 before there is any."""
         return self.seen[-1][0] if self.seen else 0.0
 
-    def stands_since(self, since_s: float) -> bool:
-        """Tell whether truth has come that is newer than that time, and the base stands by it."""
-        return self.newest_s > since_s and self.stands()
-
     def stood_s(self) -> float:
         """Time from which on the base stands, by all truth since then, s."""
         first_s = self.newest_s
