@@ -32,8 +32,8 @@ from bt_mission.programs.executors import (
 from bt_mission.programs.goals import ServedGoals
 from bt_mission.programs.idle import is_idle
 from bt_mission.programs.mains import MainProgram
-from bt_mission.programs.remarks import Remarks
 from bt_mission.programs.stuck import find_stuck, refuse_standstill
+from bt_mission.programs.waiting_requests import Remarks
 from bt_mission.ros.executors.coroutines import awaited_by
 from bt_mission.ros.virtual_time import VirtualTimeExecutor
 

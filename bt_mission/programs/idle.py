@@ -10,7 +10,7 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
 
 from bt_mission.programs.calls import Call, Program
-from bt_mission.programs.remarks import QUIET
+from bt_mission.programs.waiting_requests import QUIET
 
 _OF_EACH_NODE = ("parameters", "parameter_types", "parameters_atomically", "type_description")
 """How the services end that rclpy gives to each node."""

@@ -13,7 +13,7 @@ from bt_mission.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.cdr.definitions import action_of
 from bt_mission.executive.events.events import GoalChanged
 from bt_mission.executive.events.goal_life import GoalLife
-from bt_mission.recording.happenings import GoalMessage
+from bt_mission.recording.recorded_messages import GoalMessage
 
 ENDS = {4: "succeeded", 5: "canceled", 6: "aborted"}
 """The final statuses, by the numbers of ``action_msgs/msg/GoalStatus``."""

@@ -17,7 +17,9 @@ from bt_mission.executive.events.events import (
 )
 from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.goal_lives import GoalLives
-from bt_mission.recording.happenings import (
+from bt_mission.recording.model import Picture, RecordedLine, RecordedRun, Span
+from bt_mission.recording.reading import RecordedFile, RecordingError
+from bt_mission.recording.recorded_messages import (
     ExecutiveMessage,
     GoalMessage,
     PictureMessage,
@@ -27,8 +29,6 @@ from bt_mission.recording.happenings import (
     TraceLine,
     fold,
 )
-from bt_mission.recording.model import Picture, RecordedLine, RecordedRun, Span
-from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
 
 WORDS = {

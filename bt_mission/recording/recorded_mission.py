@@ -28,7 +28,7 @@ from bt_mission.executive.events.events import (
 from bt_mission.executive.events.mission_state import MissionState
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.outcome import Outcome
-from bt_mission.recording.happenings import (
+from bt_mission.recording.recorded_messages import (
     TRACE,
     ExecutiveMessage,
     GoalMessage,

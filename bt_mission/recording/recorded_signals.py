@@ -13,14 +13,14 @@ from bt_mission.executive.events.events import NodeInfo, RunStarted, TreeRevised
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Requirement
 from bt_mission.recording.facts import LARGEST_NS
-from bt_mission.recording.happenings import (
+from bt_mission.recording.reading import UNREADABLE, RecordedFile, RecordingError
+from bt_mission.recording.recorded_messages import (
     TRUTH,
     ExecutiveMessage,
     RecordedMessage,
     SignalLine,
     fold,
 )
-from bt_mission.recording.reading import UNREADABLE, RecordedFile, RecordingError
 from bt_mission.recording.recorded_mission import RecordedMission
 from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE
 from bt_mission.requirements.compiler import Reader

@@ -10,7 +10,6 @@ from bt_mission.base.geometry import Pose2D, yaw_of
 from bt_mission.cdr.decoder import DecodedMessage
 from bt_mission.executive.events.reader import transforms
 from bt_mission.executive.events.robot_state import BASES, Frames, frames_of, locate
-from bt_mission.recording.happenings import ODOMETRY, TRUTH, RobotMessage
 from bt_mission.recording.model import (
     Floats,
     RecordedCollision,
@@ -19,6 +18,7 @@ from bt_mission.recording.model import (
     Series,
     Track,
 )
+from bt_mission.recording.recorded_messages import ODOMETRY, TRUTH, RobotMessage
 
 Hull = tuple[float, float, float]
 

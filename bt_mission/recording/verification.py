@@ -16,10 +16,16 @@ from bt_mission.base.text import seconds
 from bt_mission.base.verdicts import RequirementResult
 from bt_mission.executive.behaviours.action_leaf import ActionLeaf
 from bt_mission.language.mission import Requirement
-from bt_mission.recording.happenings import TEXT, RecordedMessage, SignalLine, fold, happenings
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import RunReader
 from bt_mission.recording.reading import RecordedFile, RecordingError
+from bt_mission.recording.recorded_messages import (
+    TEXT,
+    RecordedMessage,
+    SignalLine,
+    fold,
+    recorded_messages,
+)
 from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurvey
 from bt_mission.recording.replay.timeline import Timeline, TimelineReader
 from bt_mission.recording.signal_samples import requirements_in
@@ -175,7 +181,7 @@ class RecordedRequirements:
 
 def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[tuple[int, RecordedMessage]]:
     """Return the messages that are of use, in the order of time: other tools write as they like."""
-    wanted = [happening for happening in happenings(file) if signals.wants(happening[1])]
+    wanted = [happening for happening in recorded_messages(file) if signals.wants(happening[1])]
     return sorted(wanted, key=itemgetter(0))
 
 

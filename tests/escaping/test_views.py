@@ -23,8 +23,8 @@ from bt_mission.executive.events.source import ControlResponse, ListedExecutive,
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.report import FailurePath, Report
 from bt_mission.executive.trace import VERSION
-from bt_mission.recording.happenings import EXECUTIVE
 from bt_mission.recording.model import RecordedRun
+from bt_mission.recording.recorded_messages import EXECUTIVE
 from bt_mission.ros.interface_types import message_type, service_type
 from bt_mission.scenarios.coverage.places import CoveragePlace
 from bt_mission.scenarios.coverage.record import CoverageTally, CoveredFile

@@ -29,8 +29,8 @@ from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
 from bt_mission.language.revision import compare
 from bt_mission.recording.facts import RunFacts, robot_of
-from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
+from bt_mission.recording.recorded_messages import RecordedMessage, TraceLine, fold
 from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.requirements.mission_file import read_mission
 from bt_mission.sessions.load import document_of_text

@@ -22,7 +22,9 @@ from bt_mission.executive.events.messages import ZoneDisc
 from bt_mission.executive.events.reader import transforms, zones
 from bt_mission.executive.events.robot_state import BASES, MAP_FRAME, Frames, frames_of, locate
 from bt_mission.recording.goal_lives import GoalLives, RecordedGoal
-from bt_mission.recording.happenings import (
+from bt_mission.recording.model import RecordedGrid
+from bt_mission.recording.reading import RecordedFile
+from bt_mission.recording.recorded_messages import (
     TRUTH,
     GoalMessage,
     RecordedMessage,
@@ -30,8 +32,6 @@ from bt_mission.recording.happenings import (
     RosoutMessage,
     fold,
 )
-from bt_mission.recording.model import RecordedGrid
-from bt_mission.recording.reading import RecordedFile
 
 Floats = npt.NDArray[np.float64]
 

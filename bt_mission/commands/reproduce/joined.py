@@ -10,8 +10,8 @@ from pathlib import Path
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.text import counted
 from bt_mission.recording.file import McapFile
-from bt_mission.recording.happenings import EXECUTIVE
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+from bt_mission.recording.recorded_messages import EXECUTIVE
 
 ROLES: Mapping[str, tuple[str, ...]] = {
     "scan": ("sensor_msgs/msg/LaserScan",),

@@ -14,8 +14,8 @@ from bt_mission.executive.events.events import RunStarted
 from bt_mission.executive.events.log import LogEntry
 from bt_mission.executive.events.messages import ROBOT
 from bt_mission.executive.events.mission_state import MissionState
-from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import UNREADABLE
+from bt_mission.recording.recorded_messages import RobotMessage
 from bt_mission.recording.replay.timeline import Frame, Timeline, beside
 
 SPACING = 500

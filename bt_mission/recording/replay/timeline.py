@@ -19,7 +19,8 @@ from bt_mission.executive.events import events, messages
 from bt_mission.executive.events.codec import is_of_log
 from bt_mission.executive.events.log import words_of
 from bt_mission.recording.facts import LARGEST_NS, robot_of
-from bt_mission.recording.happenings import (
+from bt_mission.recording.reading import RecordedFile, RecordingError
+from bt_mission.recording.recorded_messages import (
     TREE,
     VIEWED,
     ExecutiveMessage,
@@ -29,7 +30,6 @@ from bt_mission.recording.happenings import (
     TraceLine,
     fold,
 )
-from bt_mission.recording.reading import RecordedFile, RecordingError
 
 LATER = ("scan", "map", "zones")
 """Topics whose messages are decoded when they are looked at."""

@@ -18,8 +18,8 @@ from bt_mission.executive.events.events import NodeChanged
 from bt_mission.executive.events.log import LogEntry
 from bt_mission.executive.events.messages import ROBOT
 from bt_mission.executive.events.mission_state import MissionState
-from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import Channel
+from bt_mission.recording.recorded_messages import RobotMessage
 from bt_mission.recording.replay import player as module
 from bt_mission.recording.replay.player import FASTEST, SLOWEST, Player, TimelineSeeker, entries_of
 from bt_mission.recording.replay.timeline import Timeline, read_timeline

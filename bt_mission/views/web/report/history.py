@@ -20,8 +20,8 @@ from bt_mission.base.text import escape_control
 from bt_mission.executive.events import messages
 from bt_mission.executive.events.events import Event
 from bt_mission.executive.events.mission_state import MissionState
-from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import UNREADABLE
+from bt_mission.recording.recorded_messages import RobotMessage
 from bt_mission.recording.replay.timeline import Frame, Timeline
 from bt_mission.views.web.board import Board, put_state, touched_by
 

@@ -14,17 +14,17 @@ from bt_mission.executive.events.codec import event_of, node_names, trace_line
 from bt_mission.executive.events.events import NodeInfo, RunStarted
 from bt_mission.recording.contents import string_message
 from bt_mission.recording.file import McapFile
-from bt_mission.recording.happenings import (
+from bt_mission.recording.reader import read_run
+from bt_mission.recording.reading import Channel, RecordedFile
+from bt_mission.recording.recorded_messages import (
     ExecutiveMessage,
     GoalMessage,
     RobotMessage,
     RosoutMessage,
     SignalLine,
     TraceLine,
-    happenings,
+    recorded_messages,
 )
-from bt_mission.recording.reader import read_run
-from bt_mission.recording.reading import Channel, RecordedFile
 from bt_mission.recording.replay.timeline import read_timeline
 from tests.support.recordings import Message, recording, write_messages
 
@@ -48,7 +48,7 @@ def with_more(tmp_path: Path) -> Callable[[Iterable[Message]], Path]:
 def test_each_message_has_its_class() -> None:
     """In the order of the file; messages that nobody shows are plain ones."""
     file = RecordedFile(recording())
-    times, results = zip(*happenings(file), strict=True)
+    times, results = zip(*recorded_messages(file), strict=True)
     assert list(times) == sorted(times)
     assert len(results) == sum(1 for _ in RecordedFile(recording()).messages())
     topics: dict[type, set[str]] = {}
@@ -68,7 +68,7 @@ def test_a_line_of_a_trace_is_the_event_that_it_was_written_from() -> None:
     """Written again it is the same line, of each kind that the run has."""
     nodes: tuple[NodeInfo, ...] = ()
     lines: list[TraceLine] = []
-    for _, first in happenings(RecordedFile(recording())):
+    for _, first in recorded_messages(RecordedFile(recording())):
         if isinstance(first, TraceLine):
             lines.append(first)
         elif isinstance(first, ExecutiveMessage):

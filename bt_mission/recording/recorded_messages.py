@@ -1,8 +1,8 @@
 """A recording as a stream of all its messages, in the order of the file.
 
-:func:`happenings` reads a file once. It is the only place that finds the meaning of a message from
-its topic and type. Reports, replays, verdicts and forks are folds of it (:func:`fold`). A message
-is decoded when a fold reads it, and only once.
+:func:`recorded_messages` reads a file once. It alone finds the meaning of a message
+from its topic and type. Reports, replays, verdicts and forks are folds of it (:func:`fold`). A
+message is decoded when a fold reads it, and only once.
 """
 
 from __future__ import annotations
@@ -225,7 +225,7 @@ class PictureMessage(RecordedMessage):
 Make = Callable[[Channel, bytes], RecordedMessage]
 
 
-def happenings(file: RecordedFile) -> Iterator[tuple[int, RecordedMessage]]:
+def recorded_messages(file: RecordedFile) -> Iterator[tuple[int, RecordedMessage]]:
     """Yield everything in a file with its time, ns.
 
     Messages of the chosen robot and of its mission's executive have separate classes. If the
@@ -266,9 +266,9 @@ def fold(
         among: These messages of the file instead of all.
 
     Raises:
-        RecordingError: As :func:`happenings`.
+        RecordingError: As :func:`recorded_messages`.
     """
-    for time_ns, happening in happenings(file) if among is None else among:
+    for time_ns, happening in recorded_messages(file) if among is None else among:
         unread: Exception | None = None
         for take in takes:
             try:
