@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid
 from action_servers.navigation.path import cost_model
-from action_servers.navigation.planner import NoPath, goal_nodes, road_map
+from action_servers.navigation.planner import NoPath, departures, goal_nodes, road_map
 from bt_mission.robots.model import RobotModel
 from sim.world.occupancy import rasterise
 from sim.world.world import World
@@ -31,3 +33,11 @@ class PoseChecker:
             if isinstance(nearest, NoPath)
             else None
         )
+
+    def reaches(self, start: tuple[float, float], goal: tuple[float, float]) -> bool:
+        """Return whether a path leads from one point of the map to another, m."""
+        starts, nearest = departures(self._roads, start), goal_nodes(self._roads, goal)
+        if isinstance(nearest, NoPath) or not starts:
+            return False
+        price, _ = self._roads.prices_to(starts[0])
+        return math.isfinite(price[nearest[0]])

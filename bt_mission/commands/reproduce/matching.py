@@ -27,6 +27,12 @@ CELL_M = 0.04
 NEIGHBOURS = 6
 MOST_STEP_M, MOST_STEP_RAD = 0.5, 0.5
 """Larger corrections are mistakes."""
+FAR_S, CLEAR_S = 0.7, 0.02
+"""S from a span to the scans around it: not more, and not less."""
+LEAST_POINTS, MOST_OFF_M = 30, 0.2
+"""Points of a scan that can be compared; one farther off is of another thing."""
+BETTER = 0.8
+"""The share of one misfit that another has to exceed."""
 
 
 def matched(evidence: Evidence) -> Evidence:
@@ -49,6 +55,40 @@ def matched(evidence: Evidence) -> Evidence:
         times.append(scan.time_s)
         corrections.append((correction.x, correction.y, correction.yaw))
     return replace(evidence, track=_corrected(track, np.array(times), np.array(corrections)))
+
+
+def is_seen(evidence: Evidence, begin: float, end: float, driven: Path2D) -> bool:
+    """Return whether the robot has moved other than its wheels, by the scans around a span.
+
+    A localiser that corrects itself moves the robot on the map alone: then the later scan lies on
+    the earlier one where the wheels have put it. Without two scans nothing denies the motion.
+
+    Args:
+        driven: The path by the wheels alone.
+    """
+    before = [scan for scan in evidence.scans if begin - FAR_S < scan.time_s < begin - CLEAR_S]
+    after = [scan for scan in evidence.scans if end + CLEAR_S < scan.time_s < end + FAR_S]
+    if not before or not after:
+        return True
+    first, last = before[-1], after[0]
+    known, points = (_points(scan, evidence.mount) for scan in (first, last))
+    if min(len(known), len(points)) < LEAST_POINTS:
+        return True
+    on_map, by_wheels = (
+        _misfit(_placed(points, relative(path.pose(first.time_s), path.pose(last.time_s))), known)
+        for path in (evidence.track, driven)
+    )
+    return by_wheels > BETTER * on_map
+
+
+def _misfit(placed: Floats, known: Floats) -> float:
+    """Return how far points lie from the lines of known ones, in the mean, m."""
+    distances, nearest = KDTree(known).query(placed, k=NEIGHBOURS)
+    groups = known[nearest]
+    middles = groups.mean(axis=1)
+    off = ((middles - placed) * _normals(groups - middles[:, None])).sum(axis=1)
+    is_near = (distances[:, -1] < FARTHEST_M) & (np.abs(off) < MOST_OFF_M)
+    return float(np.where(is_near, np.abs(off), MOST_OFF_M).mean())
 
 
 def _points(scan: SeenScan, mount: Pose2D) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -31,12 +31,22 @@ STILL_S, STILL_M_S, STILL_RAD_S = 0.5, 0.03, 0.05
 """A robot that moves less in this time stands still."""
 REST_S = 1.0
 """A shorter rest is a part of the way."""
+BACK_S = 0.1
+"""Steps back along a path, s, to a place where the robot fits."""
 
 
-def mission_data(name: str, evidence: Evidence, robot: str) -> dict[str, Any]:
-    """Return a mission that sends the recorded goals again, at the same distances of time."""
+Fits = Callable[[float, float], bool]
+"""Does a path lead the robot to a place of the traced world, m?"""
+
+
+def mission_data(name: str, evidence: Evidence, robot: str, fits: Fits) -> dict[str, Any]:
+    """Return a mission that sends the recorded goals again, at the same distances of time.
+
+    A goal that the recording does not have is where the robot went, as far as it fits there:
+    something may have moved it where no planner sends it.
+    """
     goals = list(evidence.goals)
-    steps = _steps(evidence, goals) if goals else _way(evidence)
+    steps = _steps(evidence, goals, fits) if goals else _way(evidence, fits)
     return {
         "mission": name,
         "description": "The goals of a recorded run."
@@ -48,7 +58,7 @@ def mission_data(name: str, evidence: Evidence, robot: str) -> dict[str, Any]:
     }
 
 
-def _steps(evidence: Evidence, goals: Sequence[RecordedGoal]) -> list[dict[str, Any]]:
+def _steps(evidence: Evidence, goals: Sequence[RecordedGoal], fits: Fits) -> list[dict[str, Any]]:
     steps: list[dict[str, Any]] = []
     names: dict[str, int] = {}
     groups = _groups(evidence, goals)
@@ -58,7 +68,7 @@ def _steps(evidence: Evidence, goals: Sequence[RecordedGoal]) -> list[dict[str, 
         if begin - end > PAUSE_S:
             steps.append({"wait": round(begin - end, 2)})
         is_last = number == len(groups) - 1
-        nodes = [_node(evidence, goal, names, is_last=is_last) for goal in group]
+        nodes = [_node(evidence, goal, names, fits, is_last=is_last) for goal in group]
         if len(nodes) == 1:
             steps.append(nodes[0])
         else:
@@ -93,18 +103,18 @@ def _end(evidence: Evidence, goal: RecordedGoal) -> float:
 
 
 def _node(
-    evidence: Evidence, goal: RecordedGoal, names: dict[str, int], *, is_last: bool
+    evidence: Evidence, goal: RecordedGoal, names: dict[str, int], fits: Fits, *, is_last: bool
 ) -> dict[str, Any]:
     kind = _kind(goal)
     names[goal.action] = names.get(goal.action, 0) + 1
     name = f"{kind or goal.action.strip('/')} {names[goal.action]}"
     limit, is_canceled = _limit(evidence, goal)
     is_known = goal.requested_ns is not None and (kind not in PLACES or evidence.is_localised)
-    values = _values(goal.values) if is_known else _guessed(evidence, goal, kind)
+    values = _values(goal.values) if is_known else _guessed(evidence, goal, kind, fits)
     if kind and values is not None:
         node = {kind: values, "name": name, "timeout": limit}
     else:
-        node = _instead(evidence, goal, name)
+        node = _instead(evidence, goal, name, fits)
     if (is_canceled or goal.outcome != "succeeded") and not is_last:
         return {"force": "success", "do": node}
     return node
@@ -123,11 +133,12 @@ def _kind(goal: RecordedGoal) -> str:
     )
 
 
-def _instead(evidence: Evidence, goal: RecordedGoal, name: str) -> dict[str, Any]:
+def _instead(evidence: Evidence, goal: RecordedGoal, name: str, fits: Fits) -> dict[str, Any]:
     """Return the path during a goal that the stage has no server for, or else its time."""
     begin, end = evidence.since_start(goal.start_ns), _end(evidence, goal)
-    poses = way_between(evidence, begin, end)
-    if len(poses) == 1 and math.dist(poses[0][:2], _place(evidence, begin)) < WAY_M:
+    poses = way_between(evidence, begin, end, fits)
+    is_near = len(poses) == 1 and math.dist(poses[0][:2], _place(evidence, begin)) < WAY_M
+    if is_near or not poses:
         return {"wait": round(max(end - begin, 0.05), 2), "name": name}
     timeout = round(max(SHORTEST_LIMIT_S, LONGER * (end - begin)), 1)
     return {"navigate_through_poses": {"poses": poses}, "name": name, "timeout": timeout}
@@ -151,7 +162,9 @@ def _limit(evidence: Evidence, goal: RecordedGoal) -> tuple[float, bool]:
     return round(max(SHORTEST_LIMIT_S, LONGER * took), 1), False
 
 
-def _guessed(evidence: Evidence, goal: RecordedGoal, kind: str) -> dict[str, Any] | None:
+def _guessed(
+    evidence: Evidence, goal: RecordedGoal, kind: str, fits: Fits
+) -> dict[str, Any] | None:
     """Return a goal that the recording does not have, by what the robot did; None if unknown."""
     begin, end = evidence.since_start(goal.start_ns), _end(evidence, goal)
     first, last = evidence.track.pose(begin), evidence.track.pose(end)
@@ -165,7 +178,8 @@ def _guessed(evidence: Evidence, goal: RecordedGoal, kind: str) -> dict[str, Any
         for time, pose in evidence.plan_ends
         if begin - 0.5 <= time <= end and evidence.is_localised
     ]
-    if not ends and kind in PLACES[1:]:
+    ends = [each for each in ends if fits(*each[:2])]
+    if not ends and (kind in PLACES[1:] or (kind in PLACES and not fits(last.x, last.y))):
         return None
     ends = ends or [[round(last.x, 3), round(last.y, 3), round(math.degrees(last.yaw), 1)]]
     match kind:
@@ -218,7 +232,7 @@ def _pose(message: DecodedMessage) -> list[float] | None:
     return [round(at.x, 4), round(at.y, 4), round(math.degrees(yaw), 2)]
 
 
-def _way(evidence: Evidence) -> list[dict[str, Any]]:
+def _way(evidence: Evidence, fits: Fits) -> list[dict[str, Any]]:
     """Return waypoints along the path of a run that has no goals, and its rests."""
     steps: list[dict[str, Any]] = []
     rest_since = 0.0
@@ -226,9 +240,13 @@ def _way(evidence: Evidence) -> list[dict[str, Any]]:
         if begin - rest_since > PAUSE_S:
             steps.append({"wait": round(begin - rest_since, 2)})
         rest_since = end
+        poses = way_between(evidence, begin, end, fits)
+        if not poses:
+            steps.append({"wait": round(end - begin, 2)})
+            continue
         steps.append(
             {
-                "navigate_through_poses": {"poses": way_between(evidence, begin, end)},
+                "navigate_through_poses": {"poses": poses},
                 "name": f"way {number}",
                 "timeout": round(max(SHORTEST_LIMIT_S, LONGER * (end - begin)), 1),
             }
@@ -244,9 +262,14 @@ def _drives(evidence: Evidence) -> list[tuple[float, float]]:
     return spans_where(times, drives, 2, gap_s=REST_S)
 
 
-def way_between(evidence: Evidence, begin: float, end: float) -> list[list[float]]:
-    """Return poses from which the path between two times is not far away; the last is its end."""
+def way_between(evidence: Evidence, begin: float, end: float, fits: Fits) -> list[list[float]]:
+    """Return poses from which the path between two times is not far away.
+
+    The last is its end, or the last place before it where the robot fits; none if it fits nowhere.
+    """
     track = evidence.track
+    ends = np.arange(end, begin, -BACK_S)
+    end = next((float(time) for time in ends if fits(*_place(evidence, time))), begin)
     inside = (track.times >= begin) & (track.times <= end)
     points = np.column_stack((track.x[inside], track.y[inside])).astype(np.float32)
     corners: Any = cv2.approxPolyDP(points[:, None], WAY_M, closed=False) if len(points) else []
@@ -259,4 +282,5 @@ def way_between(evidence: Evidence, begin: float, end: float) -> list[list[float
             poses.append([round(next_x, 3), round(next_y, 3), 0.0])
     pose = track.pose(end)
     last = [round(pose.x, 3), round(pose.y, 3), round(math.degrees(pose.yaw), 1)]
-    return [*(each for each in poses if math.dist(each[:2], last[:2]) > WAY_M), last]
+    way = [*(each for each in poses if math.dist(each[:2], last[:2]) > WAY_M), last]
+    return [each for each in way if fits(*each[:2])]

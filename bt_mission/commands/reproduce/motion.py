@@ -16,11 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.commands.reproduce.diagnosed import DiagnosedFault, fault_at
-from bt_mission.commands.reproduce.evidence import Evidence, Floats
+from bt_mission.commands.reproduce.evidence import Evidence, Floats, Path2D
+from bt_mission.commands.reproduce.matching import is_seen
 from bt_mission.commands.reproduce.silences import spans_where
 from bt_mission.robots.drives import DifferentialDrive
 from bt_mission.robots.model import RobotModel
 from bt_mission.scenarios.faults.planned import PlannedFault
+from sim.physics.pushes import STRONGEST
 
 STEP_S = 0.05
 MOST_WORN = 0.1
@@ -155,7 +157,10 @@ def motion_faults(
         for fault in others
         if fault.name in ("odometry_dead", "drop")
     ]
-    yield from _slips(robot, motion, known, fit)
+    driven = _driven(motion)
+    for fault in _slips(robot, motion, known, fit):
+        if is_seen(evidence, fault.start, fault.end or evidence.end_s, driven):
+            yield fault
 
 
 # ---- motors and blocked wheels ---------------------------------------------------------------
@@ -354,12 +359,26 @@ def _fitted_error(
 # ---- slip and pushes -------------------------------------------------------------------------
 
 
+def _by_wheels(motion: Motion) -> tuple[Floats, Floats]:
+    """Return the speed, m/s, and the turn rate, rad/s, by the wheels; else by odometry."""
+    has_wheels = not np.isnan(motion.joint_v).all()
+    return (motion.joint_v, motion.joint_w) if has_wheels else (motion.odom_v, motion.odom_w)
+
+
+def _driven(motion: Motion) -> Path2D:
+    """Return the path that the wheels alone give."""
+    v, w = map(np.nan_to_num, _by_wheels(motion))
+    yaw = np.cumsum(w) * STEP_S
+    middle = yaw - w * STEP_S / 2
+    x, y = np.cumsum(v * np.cos(middle)) * STEP_S, np.cumsum(v * np.sin(middle)) * STEP_S
+    return Path2D(motion.times, x, y, yaw, "wheels")
+
+
 def _slips(
     robot: RobotModel, motion: MotionAccounts, known: Sequence[tuple[float, float]], fit: Floats
 ) -> Iterator[DiagnosedFault]:
     """Yield spans in which the robot moves other than its wheels turn, and stays there."""
-    has_wheels = not np.isnan(motion.joint_v).all()
-    v, w = (motion.joint_v, motion.joint_w) if has_wheels else (motion.odom_v, motion.odom_w)
+    v, w = _by_wheels(motion)
     dv, dw = motion.ahead - v, motion.turn - w
     with np.errstate(invalid="ignore"):
         differs = (np.abs(dv) > SLIP_V) | (np.abs(dw) > SLIP_W) | (np.abs(motion.left) > SIDEWAYS)
@@ -516,9 +535,10 @@ def _push(
 ) -> PlannedFault:
     mass = robot.base_mass
     size = math.hypot(ahead, left)
-    newton = (STANDS_N + mass * 1.5 * size / max(rise, STEP_S)) * scale
+    newton = min((STANDS_N + mass * 1.5 * size / max(rise, STEP_S)) * scale, STRONGEST)
     share = newton / max(size, 1e-6)
-    return fault_at(start, "push", round(ahead * share, 1), round(left * share, 1))
+    along, aside = (math.trunc(10 * share * part) / 10 for part in (ahead, left))
+    return fault_at(start, "push", along, aside)
 
 
 def _shove(motion: MotionAccounts, start: float, first: int, scale: float) -> PlannedFault:

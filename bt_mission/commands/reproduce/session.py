@@ -53,6 +53,7 @@ from bt_mission.requirements.checks import RequirementNames, read_requirements
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.scenarios.concrete.base_scenario import requirements_in_files
 from bt_mission.scenarios.faults.planned import PlannedFault
+from bt_mission.sessions.pose_checks import PoseChecker
 from sim.world.loader import load_world
 
 LONGER_S = 5.0
@@ -247,7 +248,6 @@ class _Reproducer:
             description = f"Traced from {evidence.path.name}: {source}."
             data = world_data(f"{name} world"[:60], around, start, evidence, description)
             write_file(folder / WORLD, to_yaml(data))
-            load_world(folder / WORLD)
         head: dict[str, Any] = {
             "scenario": name,
             "description": f"A recorded run, {evidence.path.name}.",
@@ -261,7 +261,13 @@ class _Reproducer:
             head["inputs"] = dict(run.inputs)
             head["seed"] = int(run.facts.get("seed", 0))
         else:
-            data = mission_data(name, evidence, recorded.robot_name)
+            checker = PoseChecker(load_world(folder / WORLD), recorded.robot)
+            data = mission_data(
+                name,
+                evidence,
+                recorded.robot_name,
+                lambda x, y: checker.reaches((start.x, start.y), (x, y)),
+            )
             write_file(folder / MISSION, to_yaml(data))
         wanted, more = self._wanted()
         requirements = {**more, **requirements_in_files(self._options.requirements)}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,8 @@ import pytest
 from bt_mission.base.files import find
 from bt_mission.base.geometry import Pose2D
 from bt_mission.commands.reproduce.diagnosis import diagnose
+from bt_mission.commands.reproduce.evidence import Path2D
+from bt_mission.commands.reproduce.mission import way_between
 from bt_mission.commands.reproduce.motion import Drift
 from bt_mission.commands.reproduce.sight import settled
 from bt_mission.commands.reproduce.surroundings import StaticSurroundings
@@ -71,6 +75,26 @@ def test_a_scan_is_compared_where_it_fits_best() -> None:
     assert np.percentile(distances, 95) < 0.01
     assert np.abs(placed[-3:] - points[-3:]).max() < 0.02
     assert (distances[-3:] > 0.9).all()
+
+
+def test_a_jump_of_the_localiser_alone_is_no_shove(tmp_path: Path) -> None:
+    """The scans before and after it lie where the wheels have put the robot."""
+    robot = load_robot(find("robots", "waffle"))
+    evidence = evidence_of(recorded(tmp_path))
+    track, jump = evidence.track, np.where(evidence.track.times > 1.5, 1.0, 0.0)
+    moved = replace(track, x=track.x + 0.05 * jump, y=track.y - 0.03 * jump)
+    assert diagnose(replace(evidence, track=moved), robot).faults == []
+
+
+def test_a_goal_that_is_not_known_is_where_the_robot_fits() -> None:
+    """Something may have pushed it to where no path leads, or all of its way is there."""
+    way = np.linspace(0.0, 2.0, 41)
+    track = Path2D(way * 10, way, np.zeros(41), np.zeros(41), "map")
+    evidence = SimpleNamespace(track=track)
+    for free_m, last in ((3.0, [2.0, 0.0, 0.0]), (1.5, [1.5, 0.0, 0.0])):
+        poses = way_between(evidence, 0.0, 20.0, lambda x, _, free_m=free_m: x <= free_m)  # type: ignore[arg-type,misc]
+        assert poses[-1] == pytest.approx(last, abs=0.011)
+    assert way_between(evidence, 0.0, 20.0, lambda *_: False) == []  # type: ignore[arg-type]
 
 
 @pytest.mark.thorough

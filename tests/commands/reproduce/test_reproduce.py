@@ -125,6 +125,7 @@ def test_a_silent_lidar_is_named_and_its_violation_is_repeated(
                 ),
                 {"lidar_blind": (0.5, 1.5), "spawn_box": (1.0, None)},
             ),
+            (("at 1.5: shove 0.9 -0.5",), {"shove": (1.5, 1.6)}),
         ],
         3,
     ),
