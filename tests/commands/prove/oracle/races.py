@@ -12,6 +12,9 @@ from typing import Any
 Data = dict[str, Any]
 BATTERY = {"topic": "battery_state", "type": "sensor_msgs/msg/BatteryState"}
 STOP = {"name": "stop", "type": "std_srvs/srv/Trigger"}
+POWER = {"topic": "motors_on", "type": "std_msgs/msg/Bool", "field": "data", "as": "on"}
+TURN = {"turn": {"angle": 90}}
+FORWARD = {"explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5}}
 
 
 def race(draw: Random) -> Data:
@@ -24,9 +27,9 @@ def _goal(draw: Random, name: str, **settings: Any) -> Data:
     """Return a goal that drives, with limits."""
     kind = draw.choice(
         (
-            {"turn": {"angle": 90}},
+            TURN,
             {"move": {"secs": 1, "linear_velocity": 0.1}},
-            {"explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5}},
+            FORWARD,
         )
     )
     limits = {
@@ -148,8 +151,9 @@ def _outcomes(draw: Random) -> Data:
 def _away(draw: Random) -> Data:
     """A server or a service that is away or mute is asked again."""
     call = {"service": STOP, "timeout": _time(draw, 0.1, 1), "server_timeout": 0.2}
-    again = draw.choice((_goal(draw, "b"), {**call, "name": "b"}))
     first = draw.choice((_goal(draw, "a"), {**call, "name": "a"}))
+    other = draw.choice((_goal(draw, "b"), {**call, "name": "b"}))
+    again = other if draw.random() < 0.3 else first | {"name": "b"}
     return {
         "tree": {
             "sequence": [
@@ -161,6 +165,7 @@ def _away(draw: Random) -> Data:
             "r0": 'whenever running("no"): previously failed("a")',
             "r1": 'never running("no")',
             "r2": 'never succeeded("b")',
+            "r3": 'never failed("b") and previously failed("a")',
         },
     }
 
@@ -169,11 +174,14 @@ def _watched(draw: Random) -> Data:
     """Feedback ends a goal, by a condition on a variable that a topic or a draw gives."""
     low, high = sorted(round(draw.uniform(0, 5), 2) for _ in range(2))
     set_far = {"set": {"far": draw.choice(("uniform(1, 5)", low, "choice(1, 2, 3, 4)"))}}
-    forward = {
-        "explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5},
+    conditions = (
+        f"current_distance_travelled > $far and closest_obstacle < {high}",
+        f"closest_obstacle < {high} and $far > {round(draw.uniform(3.1, 4.9), 2)}",
+    )
+    forward = FORWARD | {
         "timeout": _time(draw, 0.3, 4),
         "feedback_timeout": _time(draw, 0.3, 2),
-        "cancel_when": f"current_distance_travelled > $far and closest_obstacle < {high}",
+        "cancel_when": draw.choice(conditions),
         "on_cancel": draw.choice(("success", "failure")),
         "outputs": {"closest_obstacle": "gap"},
         "name": "a",
@@ -197,10 +205,11 @@ def _watched(draw: Random) -> Data:
 
 def _chosen(draw: Random) -> Data:
     """One of several branches; a loop counts."""
-    count = draw.randint(3, 6)
+    count = draw.randint(3, 9)
     branches = [{"log": str(number), "name": f"c{number}"} for number in range(count)]
     drawn = ", ".join(str(number) for number in range(1, count + 1))
-    when = {"when": f"x == {count}", "do": {"log": "last", "name": "last"}, "name": "k"}
+    chosen = draw.randint(1, count)
+    when = {"when": f"x == {chosen}", "do": {"log": "one", "name": "one"}, "name": "k"}
     loop = {
         "repeat": {"until": "x > 2", "count": draw.choice((2, 3, 12))},
         "do": {"sequence": [{"choose": branches, "name": "which"}, _goal(draw, "a")]},
@@ -265,8 +274,9 @@ def _compared(draw: Random) -> Data:
         rest += [passed, {"when": between, "do": {"log": "y", "name": "y"}, "name": "k"}]
     if draw.random() < 0.2:
         rest.append({"wait": draw.choice(("gap", f"gap - {low}")), "name": "w"})
-    forward: Data = {
-        "explore_forward": {"fwd_velocity": 0.2, "stopping_distance": 0.5},
+    if draw.random() < 0.2:
+        rest.append({"turn": {"angle": "$gap"}, "timeout": 1, "name": "t"})
+    forward: Data = FORWARD | {
         "timeout": _time(draw, 1, 4),
         "outputs": {"closest_obstacle": "gap"},
         "name": "a",
@@ -315,6 +325,129 @@ def _several(draw: Random) -> Data:
     }
 
 
+def _open(draw: Random) -> Data:
+    """The cancel of a halted goal, which was accepted long ago or not yet, is confirmed later."""
+    goal, wait_s = _goal(draw, "a"), _time(draw, 0.1, 0.5)
+    if draw.random() < 0.6:
+        goal |= {"acceptance_timeout": _time(draw, 0.1, 0.3), "server_timeout": 0.1, "timeout": 4}
+        wait_s = _time(draw, 0.5, 1)
+    either = {"parallel": [goal, {"wait": wait_s, "name": "w"}], "succeed_when": "any"}
+    rest = [_wait(draw, "v", 0.3), _wait(draw, "u", 0.5)]
+    is_open = 'never running("u") and open_goals > 0'
+    return {
+        "tree": {"sequence": [{"force": "success", "do": either}, *rest]},
+        "requirements": {
+            "r0": 'never running("v") and open_goals > 0',
+            "r1": is_open,
+            "r2": f'{is_open} and previously (accepted("a") and running("w"))',
+        },
+    }
+
+
+def _late(draw: Random) -> Data:
+    """An acceptance comes behind many messages."""
+    past = "not $on"
+    for value in ("$on", "not $on")[: draw.choice((1, 2))]:
+        past = f"({value} and previously {past})"
+    tree = _goal(draw, "a", acceptance_timeout=_time(draw, 0.5, 2))
+    requirement = f'never $on and previously (not $on and previously {past}) and not accepted("a")'
+    return {"follow": [POWER], "tree": tree, "requirements": {"r0": requirement}}
+
+
+def _quiet(draw: Random) -> Data:
+    """A topic falls silent, or its first message comes before the first tick or behind it."""
+    follow: Data = {**POWER, "timeout": _time(draw, 0.3, 1)}
+    if draw.random() < 0.7:
+        follow["initial"] = draw.random() < 0.5
+    reads: list[Data] = [{"log": "$on", "name": "l"}]
+    reads.append({"when": "on", "do": {"log": "on", "name": "x"}, "else": {"log": "off"}})
+    draw.shuffle(reads)
+    reads.insert(draw.choice((0, 1, 1, 2)), _wait(draw, "w", 1.5))
+    return {"follow": [follow], "tree": {"sequence": reads}}
+
+
+def _early(draw: Random) -> Data:
+    """A message may come before the first tick."""
+    is_on = draw.random() < 0.5
+    follow = {**POWER, "initial": is_on}
+    asked = "not on" if is_on else "on"
+    tree = {"when": asked, "do": {"log": "x", "name": "x"}, "else": _wait(draw, "w", 0.3)}
+    return {"follow": [follow], "tree": tree | {"name": "k"}}
+
+
+def _accepted(draw: Random) -> Data:
+    """Only a requirement asks later whether a goal was accepted."""
+    rest = {"sequence": [_wait(draw, "w", 0.5), _wait(draw, "b", 0.5)]}
+    forms = (
+        'never accepted("a") and running("b")',
+        'whenever running("b"): accepted("a")',
+        'never running("b") and not accepted("a")',
+    )
+    requirements = {"r0": draw.choice(forms)}
+    return {"tree": {"fallback": [_goal(draw, "a"), rest]}, "requirements": requirements}
+
+
+def _canceled(draw: Random) -> Data:
+    """A condition or a limit cancels a goal: the same answer is awaited."""
+    far = round(draw.uniform(0, 3), 2)
+    forward = FORWARD | {
+        "timeout": _time(draw, 0.3, 2),
+        "cancel_when": f"current_distance_travelled > {far}",
+        "on_cancel": draw.choice(("success", "failure")),
+        "name": "a",
+    }
+    ways = ("canceled by timeout", "canceled by condition", "aborted")
+    requirements = {f"r{n}": f'never outcome("a") = "{way}"' for n, way in enumerate(ways)}
+    return {"tree": forward, "requirements": requirements | {"r3": 'never failed("a")'}}
+
+
+def _endless(draw: Random) -> Data:
+    """A goal without a limit, beside something with one."""
+    goal: Data = TURN | {"name": "a"}
+    if draw.random() < 0.7:
+        goal["feedback_timeout"] = _time(draw, 0.3, 1)
+    if draw.random() < 0.5:
+        goal = {"sequence": [goal, _wait(draw, "w", 0.5)]}
+    return {"tree": draw.choice((goal, {"fallback": [goal, {"log": "no", "name": "no"}]}))}
+
+
+def _remembered(draw: Random) -> Data:
+    """What a result, a message or a draw has set is read much later."""
+    low, high = sorted(round(draw.uniform(0.1, 9), 2) for _ in range(2))
+    first = draw.choice(
+        (
+            _goal(draw, "a", **FORWARD, outputs={"closest_obstacle": "gap"}),
+            {"set": {"gap": "uniform(0, 10)"}, "name": "a"},
+        )
+    )
+    first = {key: value for key, value in first.items() if key not in ("turn", "move")}
+    far = {
+        "when": f"gap > {low} and gap < {high}",
+        "do": {"set": {"n": 1}},
+        "else": {"set": {"n": 2}},
+    }
+    near = {"when": "n == 1", "do": {"log": "x", "name": "x"}, "name": "k"}
+    other = {"when": "n == 2", "do": {"log": "y", "name": "y"}, "name": "l"}
+    steps = [first, far, _wait(draw, "w", 0.5), near, _wait(draw, "v", 0.3), other]
+    return {
+        "tree": {"sequence": steps},
+        "requirements": {
+            "r0": 'never running("x") and previously running("y")',
+            "r1": 'never running("v") and previously $n == 2',
+        },
+    }
+
+
+def _sampled(draw: Random) -> Data:
+    """A value that is not followed through an expression decides whether a variable is set."""
+    rest, low = round(draw.uniform(1.5, 6), 2), round(draw.uniform(0.1, 1.2), 2)
+    forms = (f"gap % {rest} > {low} and gap % {rest} < {low + 0.2:g}", f"sin(gap * {rest}) > 0.9")
+    given = {"set": {"n": 1}, "name": "n"}
+    when = {"when": draw.choice(forms), "do": {"log": "x", "name": "x"}, "else": given, "name": "h"}
+    forward = FORWARD | {"timeout": 2, "outputs": {"closest_obstacle": "gap"}, "name": "a"}
+    return {"tree": {"sequence": [forward, when, {"log": "$n", "name": "l"}]}}
+
+
 FORMS: tuple[Callable[[Random], Data], ...] = (
     _halted,
     _guarded,
@@ -327,4 +460,13 @@ FORMS: tuple[Callable[[Random], Data], ...] = (
     _cleaned,
     _compared,
     _several,
+    _open,
+    _late,
+    _quiet,
+    _early,
+    _accepted,
+    _canceled,
+    _endless,
+    _remembered,
+    _sampled,
 )
