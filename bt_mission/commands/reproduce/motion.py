@@ -359,13 +359,13 @@ def _fitted_error(
 # ---- slip and pushes -------------------------------------------------------------------------
 
 
-def _by_wheels(motion: Motion) -> tuple[Floats, Floats]:
+def _by_wheels(motion: MotionAccounts) -> tuple[Floats, Floats]:
     """Return the speed, m/s, and the turn rate, rad/s, by the wheels; else by odometry."""
     has_wheels = not np.isnan(motion.joint_v).all()
     return (motion.joint_v, motion.joint_w) if has_wheels else (motion.odom_v, motion.odom_w)
 
 
-def _driven(motion: Motion) -> Path2D:
+def _driven(motion: MotionAccounts) -> Path2D:
     """Return the path that the wheels alone give."""
     v, w = map(np.nan_to_num, _by_wheels(motion))
     yaw = np.cumsum(w) * STEP_S
