@@ -11,12 +11,11 @@ from bt_mission.base.lazy import lazy_names
 
 if TYPE_CHECKING:
     from action_servers.core.action import Action
-    from action_servers.core.checks import refusal, stale
-    from action_servers.core.error_codes import ErrorCode
     from action_servers.core.limits import ChoiceLimit, NumberLimit, outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
+        ErrorCode,
         Finished,
         Grid,
         Image,
@@ -24,6 +23,8 @@ if TYPE_CHECKING:
         Observation,
         Refusal,
         Scan,
+        refusal,
+        stale,
     )
     from action_servers.core.tuning import Tuning
     from action_servers.driving.drive import Drive
@@ -63,12 +64,12 @@ __getattr__ = lazy_names(
     {
         **dict.fromkeys(__all__, "action_servers.core.maneuver"),
         "Action": "action_servers.core.action",
-        **dict.fromkeys(("refusal", "stale"), "action_servers.core.checks"),
+        **dict.fromkeys(("refusal", "stale"), "action_servers.core.maneuver"),
         **dict.fromkeys(("ServerOptions", "ServersNode"), "action_servers.server.node"),
         **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.base.geometry"),
         **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.robots.model"),
         "Drive": "action_servers.driving.drive",
-        "ErrorCode": "action_servers.core.error_codes",
+        "ErrorCode": "action_servers.core.maneuver",
         "Tuning": "action_servers.core.tuning",
         **dict.fromkeys(("ChoiceLimit", "NumberLimit", "outside"), "action_servers.core.limits"),
     },

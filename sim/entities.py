@@ -15,7 +15,7 @@ from bt_mission.base.diagnostics import did_you_mean, listed
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.geometry import Pose2D, composed
 from sim.physics.physics import Physics
-from sim.physics.prop_shapes import PropError
+from sim.physics.prop_bodies import PropError
 from sim.physics.props import Prop
 from sim.robot.robot import SimulatedRobot
 from sim.spawnables import Spawnable

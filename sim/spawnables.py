@@ -12,9 +12,8 @@ from bt_mission.base.files import names
 from bt_mission.base.geometry import Pose2D
 from bt_mission.base.yaml.document import read_text
 from bt_mission.base.yaml.models import validate
-from sim.physics.prop_shapes import shape
-from sim.world.colours import Colour
-from sim.world.shapes import Obstacle
+from sim.physics.prop_bodies import shape
+from sim.world.shapes import Colour, Obstacle
 from sim.world.world import Extent, Name, WorldPart
 
 MOST_TEXT = 4000

@@ -13,8 +13,7 @@ from rclpy.subscription import Subscription
 
 from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandAge, CommandSource
 from action_servers.core.maneuver import ZERO
-from action_servers.robot_io.base import CommandPublisher, CommandWiring
-from action_servers.robot_io.command_types import Choice
+from action_servers.robot_io.base import Choice, CommandPublisher, CommandWiring
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import ParameterSpec
 from bt_mission.base.stamps import to_ns

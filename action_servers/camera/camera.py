@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from action_servers.core.action import CameraSwitch
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import Finished, Image, Observation
+from action_servers.core.maneuver import ErrorCode, Finished, Image, Observation
 from action_servers.core.tuning import Tuning
 from bt_mission.base.parameters import number
 

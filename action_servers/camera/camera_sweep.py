@@ -11,10 +11,17 @@ from typing import Any
 
 from action_servers.camera.camera import CameraTuning, Snapshot, encoded, load_formats, looking
 from action_servers.core.action import Action, CameraSwitch, FeedbackRanges
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
-from action_servers.core.ticker import ChangedFields
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Image,
+    Observation,
+)
+from action_servers.core.progress import ChangedFields
 from action_servers.driving.drive import TURNED_WITHIN, Drive
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import number

@@ -16,9 +16,16 @@ import numpy.typing as npt
 
 from action_servers.camera.camera import CameraTuning, looking
 from action_servers.core.action import Action, CameraSwitch
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import ChoiceLimit, NumberLimit
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Image,
+    Observation,
+)
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import number
 from bt_mission.robots.model import CameraModel, RobotModel

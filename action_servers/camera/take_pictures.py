@@ -16,7 +16,7 @@ from action_servers.core.maneuver import (
     Image,
     Observation,
 )
-from action_servers.core.ticker import Ticker
+from action_servers.core.progress import Ticker
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import number
 

@@ -15,15 +15,19 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from action_servers.core.checks import (
+from action_servers.core.limits import Limits, faults
+from action_servers.core.maneuver import (
+    Fields,
+    Finished,
+    Maneuver,
+    Observation,
+    Refusal,
     missing,
     refusal,
     stale,
     stale_joints,
     stale_odometry,
 )
-from action_servers.core.limits import Limits, faults
-from action_servers.core.maneuver import Fields, Finished, Maneuver, Observation, Refusal
 from action_servers.core.tuning import TUNING
 from bt_mission.base.actions import ActionName, declared
 from bt_mission.base.geometry import Twist2D

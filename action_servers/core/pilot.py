@@ -11,9 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NoReturn
 
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.governor import Governor
-from action_servers.core.maneuver import ZERO, Fields, Finished, Maneuver, Observation
+from action_servers.core.maneuver import ZERO, ErrorCode, Fields, Finished, Maneuver, Observation
 from action_servers.core.tuning import TUNING
 from bt_mission.base.actions import REPLACED
 from bt_mission.base.geometry import Twist2D

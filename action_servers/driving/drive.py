@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
-from action_servers.core.checks import stale
 from action_servers.core.drive_limits import speed_to_stop_in
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import SLOWEST_DRIVE, SLOWEST_TURN
-from action_servers.core.maneuver import ZERO, Finished, Observation, Reason
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Reason, stale
 from action_servers.core.progress import Odometer
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.base.geometry import Twist2D

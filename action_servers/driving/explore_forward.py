@@ -16,7 +16,7 @@ from action_servers.core.limits import (
     parameter,
 )
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Scan
-from action_servers.core.ticker import ChangedFields
+from action_servers.core.progress import ChangedFields
 from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from bt_mission.base.geometry import Twist2D

@@ -7,7 +7,7 @@ from typing import Any
 from action_servers.core.action import Action
 from action_servers.core.limits import ANGULAR, LINEAR, Limits, NumberLimit, duration_limit
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason
-from action_servers.core.ticker import Ticker
+from action_servers.core.progress import Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
 from bt_mission.base.geometry import Twist2D

@@ -6,12 +6,17 @@ from collections.abc import Callable
 from typing import Any
 
 from action_servers.core.action import Action, PublishedTopic
-from action_servers.core.checks import stale_odometry
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import UNBOUNDED, duration_limit
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
-from action_servers.core.progress import Odometer
-from action_servers.core.ticker import Ticker
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    stale_odometry,
+)
+from action_servers.core.progress import Odometer, Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import RobotModel

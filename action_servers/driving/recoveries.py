@@ -13,10 +13,9 @@ from dataclasses import astuple, dataclass
 from typing import Any
 
 from action_servers.core.action import Action
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import NOT_NEGATIVE, NumberLimit
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
-from action_servers.core.ticker import ROUNDING_S, ChangedFields, Ticker
+from action_servers.core.maneuver import SUCCEEDED, ZERO, ErrorCode, Fields, Finished, Observation
+from action_servers.core.progress import ROUNDING_S, ChangedFields, Ticker
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.stamps import NS, to_ns
 

@@ -18,7 +18,7 @@ from action_servers.core.limits import (
     parameter,
 )
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason, Refusal
-from action_servers.core.ticker import ChangedFields
+from action_servers.core.progress import ChangedFields
 from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from action_servers.driving.recoveries import ALLOWANCE, Allowance, Codes

@@ -17,7 +17,7 @@ from action_servers.core.limits import (
     parameter,
 )
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation
-from action_servers.core.ticker import ChangedFields
+from action_servers.core.progress import ChangedFields
 from action_servers.core.tuning import Tuning
 from action_servers.driving.drive import Drive
 from action_servers.driving.recoveries import ALLOWANCE, Allowance, Codes

@@ -11,7 +11,7 @@ from typing import Any
 from action_servers.core.action import Action, JointCommands
 from action_servers.core.limits import Limits, NumberLimit
 from action_servers.core.maneuver import ZERO, Fields, Finished, Observation
-from action_servers.core.ticker import ChangedFields, Ticker
+from action_servers.core.progress import ChangedFields, Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.joints.trajectory import JointManeuver, holding
 from bt_mission.base.geometry import Twist2D

@@ -15,8 +15,6 @@ from enum import IntEnum
 from typing import Any
 
 from action_servers.core.action import Action, JointCommands
-from action_servers.core.checks import refusal, stale_joints
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import (
     NOT_NEGATIVE,
     Limits,
@@ -27,13 +25,16 @@ from action_servers.core.limits import (
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
+    ErrorCode,
     Fields,
     Finished,
     JointReadings,
     Observation,
     Refusal,
+    refusal,
+    stale_joints,
 )
-from action_servers.core.ticker import Ticker
+from action_servers.core.progress import Ticker
 from action_servers.core.tuning import Tuning
 from bt_mission.base.diagnostics import did_you_mean, listed
 from bt_mission.base.geometry import Twist2D

@@ -8,16 +8,24 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from action_servers.core.action import Action
-from action_servers.core.checks import missing
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import UNBOUNDED, NumberLimit
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Grid, Observation, Value
-from action_servers.core.ticker import ChangedFields
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Grid,
+    Observation,
+    Value,
+    missing,
+)
+from action_servers.core.progress import ChangedFields
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.path import NavigationTuning
 from action_servers.navigation.planner import Point
 from action_servers.navigation.surroundings import PLAN, Surroundings, ignore
-from action_servers.navigation.tuning import NavigationTuning
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import number
 from bt_mission.robots.model import RobotModel

@@ -1,25 +1,35 @@
-"""The mapper as a ROS node: a map out of `scan`, `odom` and `tf`, on the topic `map`."""
+"""The mapper as a ROS node: a map out of `scan`, `odom` and `tf`, on the topic `map`.
+
+How much of the world is mapped, and how much is visited.
+
+A map as Nav2's map server reads it: a picture, and what its pixels mean.
+"""
 
 from __future__ import annotations
 
 import array
+import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from bt_mission_interfaces.msg import Coverage as CoverageMessage
 from nav_msgs.msg import OccupancyGrid
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
+from action_servers.core.grid import OCCUPIED_FROM
 from action_servers.core.maneuver import Grid, Scan
-from action_servers.mapping.coverage import Measure, VisitedArea
-from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
-from action_servers.navigation.senses import PoseHistory
+from action_servers.navigation.surroundings import PoseHistory
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
+from bt_mission.base.errors import BtMissionError
+from bt_mission.base.geometry import Pose2D
 from bt_mission.base.goal_rate import MOST_WAITING, RateLimit
+from bt_mission.base.output import write_file
 from bt_mission.base.parameters import ParameterSpec, number
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.ros.executors.process import (
@@ -29,6 +39,137 @@ from bt_mission.ros.executors.process import (
     RobotNodeOptions,
     run,
 )
+
+Indices = npt.NDArray[np.intp]
+
+ZONE_M = 1.0
+"""Edge of a zone: a square of the map frame that begins at whole metres."""
+
+INSIDE_M = 0.05
+"""The distance within a zone that the robot must reach: a robot on a corner has not visited four.
+"""
+
+_ZONE_SHARE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """The known part of the world.
+
+    `area` is that of all cells that are free or occupied, m²; `fraction` its share of all cells
+    within the bounds of the map. `zones_visited` counts the zones in which the middle of the
+    robot's axle has been, `zones` those and all others of which half is known to be free.
+    """
+
+    area: float
+    fraction: float
+    zones_visited: int
+    zones: int
+
+
+class VisitedArea:
+    """Remembers where the robot has been."""
+
+    def __init__(self) -> None:
+        self._visited: set[tuple[int, int]] = set()
+
+    def visit(self, pose: Pose2D) -> None:
+        """Note that the robot is at a pose of the map frame."""
+        zone = math.floor(pose.x / ZONE_M), math.floor(pose.y / ZONE_M)
+        inside = [at - index * ZONE_M for at, index in zip((pose.x, pose.y), zone, strict=True)]
+        if min(inside) >= INSIDE_M and max(inside) <= ZONE_M - INSIDE_M:
+            self._visited.add(zone)
+
+    def measure(self, grid: Grid) -> Measure:
+        """Measure a map that was made on the way."""
+        cells = grid.cells
+        known = int(np.count_nonzero(cells >= 0))
+        visited = len(self._visited)
+        return Measure(
+            known * grid.resolution**2,
+            known / cells.size if cells.size else 0.0,
+            visited,
+            len(self._visited | _open_zones(grid)),
+        )
+
+
+def _open_zones(grid: Grid) -> set[tuple[int, int]]:
+    free = grid.cells == 0
+    if not free.any():
+        return set()
+    rows, columns = grid.cells.shape
+    along, first_rows = _zones(grid.origin_y, rows, grid.resolution)
+    across, first_columns = _zones(grid.origin_x, columns, grid.resolution)
+    by_row = np.add.reduceat(free, first_rows, axis=0, dtype=np.int64)
+    counts = np.add.reduceat(by_row, first_columns, axis=1)
+    enough = counts * grid.resolution**2 >= _ZONE_SHARE * ZONE_M**2 - 1e-9
+    return {(int(across[x]), int(along[y])) for y, x in zip(*np.nonzero(enough), strict=True)}
+
+
+def _zones(origin: float, cells: int, resolution: float) -> tuple[Indices, Indices]:
+    """Return the zones that a row of cells crosses, and the first cell of each."""
+    middles = origin + (np.arange(cells) + 0.5) * resolution
+    zones, first = np.unique(np.floor(middles / ZONE_M).astype(int), return_index=True)
+    return zones, first
+
+
+FREE_PIXEL, UNKNOWN_PIXEL, OCCUPIED_PIXEL = 254, 205, 0
+"""Grey values of mode trinary, those of Nav2's map saver."""
+
+OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
+"""Darkness, 0 to 1, from which a pixel is read as occupied, and below which as free.
+
+Nav2's map saver writes 0.25 for the second; its map server then takes the grey of unknown cells, 1
+- 205 / 255 = 0.19608, for free ones. 0.196 keeps them unknown.
+"""
+
+
+class MapFileError(BtMissionError):
+    """A map cannot be written."""
+
+    code = "BT-1103"
+
+
+def save(grid: Grid, prefix: Path) -> tuple[Path, Path]:
+    """Write `prefix`.pgm and `prefix`.yaml. Return both paths.
+
+    Raises MapFileError for a map without cells, and if the files cannot be written.
+    """
+    if not grid.cells.size:
+        raise MapFileError("there is no map yet: no scan has been placed on it")
+    prefix = prefix.expanduser().absolute()
+    picture, about = (prefix.with_name(f"{prefix.name}.{end}") for end in ("pgm", "yaml"))
+    rows, columns = grid.cells.shape
+    header = f"P5\n{columns} {rows}\n255\n".encode("ascii")
+    try:
+        prefix.parent.mkdir(parents=True, exist_ok=True)
+        write_file(picture, header + pixels(grid).tobytes())
+        write_file(about, _about(grid, picture.name))
+    except (OSError, BtMissionError) as error:
+        raise MapFileError(f"the map cannot be written to {prefix}: {error}") from error
+    return picture, about
+
+
+def pixels(grid: Grid) -> npt.NDArray[np.uint8]:
+    """Return a map as grey values, `rows x columns`; the first row is that of the largest y."""
+    grey = np.full(grid.cells.shape, UNKNOWN_PIXEL, dtype=np.uint8)
+    grey[(grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)] = FREE_PIXEL
+    grey[grid.cells >= OCCUPIED_FROM] = OCCUPIED_PIXEL
+    return grey[::-1]
+
+
+def _about(grid: Grid, image: str) -> str:
+    # A text in JSON is also one in YAML, whatever the file's name contains.
+    return (
+        f"image: {json.dumps(image)}\n"
+        "mode: trinary\n"
+        f"resolution: {grid.resolution:g}\n"
+        f"origin: [{grid.origin_x:.6g}, {grid.origin_y:.6g}, 0.0]\n"
+        "negate: 0\n"
+        f"occupied_thresh: {OCCUPIED_THRESH}\n"
+        f"free_thresh: {FREE_THRESH}\n"
+    )
+
 
 NODE_NAME = "bt_mission_mapper"
 MAP_PREFIX = "map_prefix"

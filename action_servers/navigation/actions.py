@@ -10,14 +10,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import UNBOUNDED
-from action_servers.core.maneuver import Fields, Observation, Refusal
+from action_servers.core.maneuver import ErrorCode, Fields, Observation, Refusal
 from action_servers.navigation.navigate import NavigateToPose
+from action_servers.navigation.path import NAVIGATION, NavigationTuning
 from action_servers.navigation.surroundings import PLAN, Surroundings, ignore
-from action_servers.navigation.through_poses import NavigateThroughPoses
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
-from action_servers.navigation.waypoints import FollowWaypoints
+from action_servers.navigation.waypoints import FollowWaypoints, NavigateThroughPoses
 from bt_mission.base.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.robots.model import RobotModel
 

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
+from action_servers.core.clearance import Footprint
 from action_servers.core.drive_limits import DriveLimits
-from action_servers.core.footprint import Footprint
 from action_servers.core.grid import Bools, Floats, Survey
 from action_servers.navigation.arcs import KEPT_M, ArcWay, HullDiscs
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from action_servers.navigation.path import NAVIGATION, NavigationTuning
 from bt_mission.base.geometry import Pose2D, Twist2D, wrap
 
 _LENGTH_M = 0.25

@@ -20,9 +20,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.footprint import Footprint
+from action_servers.core.clearance import HULL_M, Footprint
 from action_servers.core.grid import Floats, Survey
-from action_servers.core.margins import HULL_M
 from action_servers.navigation.path import SPACING_M, CostModel, Path, path_through
 from action_servers.navigation.planner import PRICE_UNIT_M, RoadMap, road_map
 from action_servers.navigation.reeds_shepp import Pieces, curves

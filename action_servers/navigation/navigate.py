@@ -8,16 +8,23 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
-from action_servers.core.checks import overdue, silent_guard
+from action_servers.core.clearance import footprint
 from action_servers.core.drive_limits import Ramp, limits
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.footprint import footprint
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Reason
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Reason,
+    overdue,
+    silent_guard,
+)
 from action_servers.core.progress import ProgressChecker
 from action_servers.navigation.arc_follower import ArcFollower
 from action_servers.navigation.arcs import MARGINS_M, ArcSearch
-from action_servers.navigation.escape import Escape, way_out
-from action_servers.navigation.follower import Follower
+from action_servers.navigation.follower import Escape, Follower, way_out
 from action_servers.navigation.planner import NoPath, Point, at, plan, road_map
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.base.geometry import Pose2D, Twist2D, distance

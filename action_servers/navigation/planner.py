@@ -11,10 +11,16 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.grid import Floats, Survey, centres
-from action_servers.navigation.path import CostModel, Path, smooth, straighten
-from action_servers.navigation.tuning import NAVIGATION, NavigationTuning
+from action_servers.core.maneuver import ErrorCode
+from action_servers.navigation.path import (
+    NAVIGATION,
+    CostModel,
+    NavigationTuning,
+    Path,
+    smooth,
+    straighten,
+)
 
 Point: TypeAlias = tuple[float, float]
 _Number = TypeVar("_Number", np.int32, np.float64)

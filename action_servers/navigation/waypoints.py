@@ -1,15 +1,27 @@
-"""The maneuver behind FollowWaypoints: one pose after another, some rounds."""
+"""The maneuver behind FollowWaypoints: one pose after another, some rounds.
+
+The maneuver behind NavigateThroughPoses: past some poses to the last one, without a stop.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Value
-from action_servers.core.ticker import ChangedFields
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Fields,
+    Finished,
+    Observation,
+    Value,
+)
+from action_servers.core.progress import ChangedFields
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
-from bt_mission.base.geometry import Pose2D, Twist2D
+from bt_mission.base.geometry import Pose2D, Twist2D, distance
 from bt_mission.robots.model import RobotModel
 
 _SIGN_OF_LIFE_S = 1.0
@@ -90,3 +102,93 @@ class FollowWaypoints:
         self._loops_left -= 1
         self._index = 0
         return False
+
+
+class NavigateThroughPoses:
+    """Drives past poses in turn, whatever their yaw, and stops at the last, turned to its yaw.
+
+    A pose is passed when the robot comes as near as `passing_distance` of the tuning.
+    """
+
+    needs_base = True
+
+    def __init__(
+        self, poses: Sequence[Pose2D], robot: RobotModel, surroundings: Surroundings
+    ) -> None:
+        """Make a maneuver through `poses`, at least one, in the map frame."""
+        self._poses = tuple(poses)
+        self._robot = robot
+        self.surroundings = surroundings
+        """The state of the world."""
+        self._index = 0
+        self._twist = ZERO
+        self._leg = self._new_leg()
+        self._start_s: float | None = None
+        self._time_s = 0.0
+        self._fastest = robot.max_linear_velocity
+        self._recoveries = 0
+
+    def step(self, now: Observation) -> Twist2D | Finished:
+        """Return the twist for this control step, or how the goal ends."""
+        self._start_s = now.time_s if self._start_s is None else self._start_s
+        self._time_s = now.time_s
+        self._fastest = min(self._robot.max_linear_velocity, now.speed_limit)
+        while not self._at_last and self._passes(now.map_pose):
+            self._go_on()
+        answer = self._leg.step(now)
+        if not isinstance(answer, Finished):
+            self._twist = answer
+            return answer
+        if answer.status == "succeeded" and not self._at_last:
+            self._twist = ZERO
+            self._go_on()
+            return ZERO
+        if answer.status == "aborted" and len(self._poses) > 1:
+            place = f"pose {self._index} (of 0 to {len(self._poses) - 1})"
+            reason = f"{place} was not reached: {answer.reason}"
+            return Finished("aborted", answer.error_code, reason)
+        return answer
+
+    def feedback(self) -> Mapping[str, Value] | None:
+        """Return the fields of Nav2's feedback: metres, seconds, poses in the map frame."""
+        fields = self._leg.feedback()
+        if fields is None or self._start_s is None:
+            return None
+        left, seconds = fields["distance_remaining"], fields["estimated_time_remaining"]
+        assert isinstance(left, float)
+        assert isinstance(seconds, float)
+        beyond = sum(distance(*pair) for pair in pairwise(self._poses[self._index :]))
+        return {
+            **fields,
+            "navigation_time": self._time_s - self._start_s,
+            "number_of_recoveries": self._recoveries + self._leg.recoveries,
+            "distance_remaining": left + beyond if left else 0.0,
+            "estimated_time_remaining": seconds + beyond / self._fastest,
+            "number_of_poses_remaining": len(self._poses) - self._index,
+        }
+
+    def result(self) -> Mapping[str, Value]:
+        """Return no fields: Nav2's result has none."""
+        return {}
+
+    @property
+    def _at_last(self) -> bool:
+        return self._index == len(self._poses) - 1
+
+    def _passes(self, pose: Pose2D | None) -> bool:
+        away = math.inf if pose is None else distance(pose, self._poses[self._index])
+        return away < self.surroundings.tuning.passing_distance
+
+    def _go_on(self) -> None:
+        self._recoveries += self._leg.recoveries
+        self._index += 1
+        self._leg = self._new_leg()
+
+    def _new_leg(self) -> NavigateToPose:
+        return NavigateToPose(
+            self._poses[self._index],
+            self._robot,
+            self.surroundings,
+            self._twist,
+            may_stop=len(self._poses) == 1,
+        )

@@ -1,10 +1,19 @@
-"""The commands from the pilot to the wheels: one publisher, of the type that the robot takes."""
+"""The commands from the pilot to the wheels: one publisher, of the type that the robot takes.
+
+The type of command that the robot subscribes to: pure decisions from the ROS graph.
+
+A TurtleBot3 on Jazzy takes `geometry_msgs/TwistStamped` by default and `geometry_msgs/Twist` with
+`enable_stamped_cmd_vel: false`. DDS never delivers one type to a reader of the other, and reports
+nothing.
+
+The commands from the servers to the joints of arm and gripper.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
@@ -12,14 +21,66 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
 
-from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.base.dds.liveliness import RECORDER
 from bt_mission.base.geometry import Twist2D
 from bt_mission.base.parameters import text
 from bt_mission.base.ros_log import log_of
 from bt_mission.base.stamps import clock_ns, set_ns
 from bt_mission.cdr.writer import MessageTemplate
+from bt_mission.robots.model import RobotModel
+
+STAMPED = "geometry_msgs/msg/TwistStamped"
+PLAIN = "geometry_msgs/msg/Twist"
+COMMAND_TYPES = (STAMPED, PLAIN)
+
+Choice: TypeAlias = Literal["auto", "stamped", "plain"]
+CHOICES: tuple[Choice, ...] = ("auto", "stamped", "plain")
+_CHOSEN = {"stamped": STAMPED, "plain": PLAIN}
+
+
+class Listeners:
+    """The type of command to send, decided once; after that, other types are errors.
+
+    Args:
+        topic: Full name of the topic, for the messages.
+        choice: "auto" takes the type of the robot's subscription; "stamped" and "plain" are fixed.
+    """
+
+    def __init__(self, topic: str, choice: Choice = "auto") -> None:
+        self._topic = topic
+        self.type: str | None = _CHOSEN.get(choice)
+        """Full name of the command's type; None until it is known."""
+
+    def look(self, types: Iterable[str]) -> str | None:
+        """Handle the subscriptions' types; return why the robot would not receive commands."""
+        offered = sorted(set(types))
+        wanted = [name for name in offered if name in COMMAND_TYPES]
+        if not offered:
+            return f"{self._topic} has no subscriber; is the robot's bringup running?"
+        if len(wanted) != len(offered):
+            strange = ", ".join(name for name in offered if name not in COMMAND_TYPES)
+            return f"{self._topic} must be TwistStamped or Twist, but {strange} is listened for"
+        if len(wanted) > 1:
+            return (
+                f"both {_short(STAMPED)} and {_short(PLAIN)} are listened for on {self._topic}, "
+                "so one of the two would not hear; give all of them the same type "
+                "(enable_stamped_cmd_vel of the robot's bringup)"
+            )
+        if self.type is None:
+            self.type = wanted[0]
+        if self.type != wanted[0]:
+            return (
+                f"{self._topic} is subscribed as {_short(wanted[0])}, but {_short(self.type)} is "
+                f"sent; reset the robot's enable_stamped_cmd_vel, or restart the servers"
+            )
+        return None
+
+
+def _short(type_name: str) -> str:
+    return type_name.rpartition("/")[2]
+
 
 WATCH_PERIOD_S = 0.5
 """Seconds between two checks of the subscriptions."""
@@ -138,3 +199,29 @@ class CommandPublisher:
             return
         self._log.error(self._fault)
         self._on_fault(self._fault)
+
+
+class JointCommander:
+    """Publishes positions for joints on `joint_commands`, as topic_based_ros2_control does.
+
+    A robot without such joints has no topic.
+    """
+
+    def __init__(self, node: Node, robot: RobotModel) -> None:
+        self._clock = node.get_clock()
+        self._context = node.context
+        self._publisher = (
+            node.create_publisher(JointState, "joint_commands", 10) if robot.moved_joints else None
+        )
+
+    def send(
+        self, names: Sequence[str], positions: Sequence[float], efforts: Sequence[float] = ()
+    ) -> None:
+        """Send joints to positions, rad or m, with at most these forces, N or N m."""
+        if self._publisher is None or not self._context.ok():
+            return
+        message = JointState(
+            name=list(names), position=list(positions), effort=[float(each) for each in efforts]
+        )
+        message.header.stamp = self._clock.now().to_msg()
+        self._publisher.publish(message)

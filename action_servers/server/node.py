@@ -1,4 +1,7 @@
-"""The action servers as a ROS node: one base, one pilot, a table of actions."""
+"""The action servers as a ROS node: one base, one pilot, a table of actions.
+
+The parameters of the servers' node whose defaults and limits depend on the robot.
+"""
 
 from __future__ import annotations
 
@@ -19,28 +22,25 @@ from action_servers.core.action import (
     action,
     lacks_part,
 )
-from action_servers.core.checks import missing
-from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.governor import Governor
-from action_servers.core.maneuver import Fields
+from action_servers.core.maneuver import Fields, missing
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import TUNING
 from action_servers.robot_io.adapter import ActionAdapter, Before
-from action_servers.robot_io.base import CommandPublisher, CommandWiring
-from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.joints import JointCommander
+from action_servers.robot_io.base import Choice, CommandPublisher, CommandWiring, JointCommander
 from action_servers.robot_io.messages import MAP_FRAME, fill, generated_type
-from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
-from action_servers.server.parameters import (
-    ON_NEW_GOAL,
-    declare_server_parameters,
-    limited,
+from action_servers.server.topics import (
+    ExecutiveLimits,
+    PublisherWatch,
+    Switches,
+    answer_as_navigator,
+    watch_executives,
 )
-from action_servers.server.topics import Switches, answer_as_navigator, watch_executives
 from bt_mission.base.action_requests import BURST
 from bt_mission.base.actions import declared
 from bt_mission.base.errors import BtMissionError
+from bt_mission.base.parameters import ParameterSpec
 from bt_mission.robots.model import RobotModel, load_robot
 from bt_mission.ros.executors.action_endpoints import duplicate_servers, settled
 from bt_mission.ros.executors.process import (
@@ -51,6 +51,62 @@ from bt_mission.ros.executors.process import (
     RobotNodeOptions,
     run,
 )
+
+SLOWEST_CONTROL_HZ, FASTEST_CONTROL_HZ = 5.0, 100.0
+LOWEST_LINEAR, LOWEST_ANGULAR = 0.05, 0.1
+
+ON_NEW_GOAL = ParameterSpec(
+    "replace",
+    "What a goal does that comes while another one drives: replace it, which ends aborted, or be "
+    "refused itself.",
+    choices=("replace", "refuse"),
+)
+
+
+def limited(node: RobotNode, robot: RobotModel) -> RobotModel:
+    """Declare the rate of control and the highest speeds; return the robot within them.
+
+    Raises:
+        rclpy.exceptions.ParameterException: For a limit out of its range.
+    """
+    linear, angular = robot.max_linear_velocity, robot.max_angular_velocity
+    limits = {
+        "control_rate": ParameterSpec(
+            robot.control_rate,
+            "Control steps and commands a second, Hz.",
+            SLOWEST_CONTROL_HZ,
+            FASTEST_CONTROL_HZ,
+        ),
+        "max_linear_velocity": ParameterSpec(
+            linear,
+            "Fastest that is commanded, m/s; at most what the robot's model says.",
+            min(LOWEST_LINEAR, linear),
+            linear,
+        ),
+        "max_angular_velocity": ParameterSpec(
+            angular,
+            "Fastest turn that is commanded, rad/s; at most what the robot's model says.",
+            min(LOWEST_ANGULAR, angular),
+            angular,
+        ),
+    }
+    return robot.model_copy(
+        update={name: node.declare(name, spec) for name, spec in limits.items()}
+    )
+
+
+def declare_server_parameters(node: RobotNode, robot: RobotModel, image_folder: Path) -> None:
+    """Declare what the node was started with, to be looked at."""
+    node.declare(
+        "robot", ParameterSpec(robot.name, "Model of the robot: limits, hull and sensors.")
+    )
+    node.declare(
+        "image_folder",
+        ParameterSpec(
+            str(image_folder), "Where images are stored, those of each goal in a folder."
+        ),
+    )
+
 
 NODE_NAME = "bt_mission_servers"
 

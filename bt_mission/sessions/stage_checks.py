@@ -67,7 +67,7 @@ def model_problems(robot: RobotModel) -> list[tuple[tuple[str, ...], str]]:
 
 def dragging_parts(robot: RobotModel) -> list[str]:
     """Return which parts besides wheels and casters touch the floor where the robot stands."""
-    from sim.standing import dragging  # noqa: PLC0415 - MuJoCo takes long
+    from sim.simulation import dragging  # noqa: PLC0415 - MuJoCo takes long
 
     return list(dragging(robot))
 

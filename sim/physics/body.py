@@ -41,7 +41,7 @@ from sim.physics.names import (
 from sim.physics.planar import MassFigures, add_planar_drive, add_support
 from sim.physics.scenery import yaw_quaternion
 from sim.physics.spawn import RobotSpawn
-from sim.world.colours import rgba
+from sim.world.shapes import rgba
 from sim.world.world import Spawn
 
 _ARMATURE = 0.0015

@@ -3,6 +3,8 @@
 Its text is looked through first (`sim.physics.mjcf_text`). The names of the robot's file are
 compared with the compiled model. The wheels of a differential base roll; those of the other bases
 stand still and touch nothing, and the base moves as `sim.physics.planar` says.
+
+The extent of single geoms of a compiled MuJoCo model.
 """
 
 from __future__ import annotations
@@ -16,13 +18,13 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from bt_mission.base.diagnostics import did_you_mean, listed
 from bt_mission.robots.drives import DifferentialDrive
 from bt_mission.robots.joints import JointLimits, ModelFile
 from bt_mission.robots.model import RobotModel
 from bt_mission.robots.parts import Point3
-from sim.physics.geoms import radius_of
 from sim.physics.mjcf_text import MjcfError, Path_, fail, look_through
 from sim.physics.names import (
     BASE,
@@ -39,6 +41,45 @@ from sim.physics.names import (
     WHEELS,
 )
 from sim.physics.planar import MassFigures, add_planar_drive
+
+Floats = npt.NDArray[np.float64]
+
+_DIRECTIONS = 64
+
+
+def radius_of(
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, centre: Floats, axis: Floats
+) -> float:
+    """Return how far a geom reaches from an axis through `centre`, m: the radius of a wheel."""
+    aside = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
+    aside /= np.linalg.norm(aside)
+    upwards = np.cross(axis, aside)
+    at = data.geom_xpos[geom] - centre
+    angles = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
+    return max(
+        float(way @ at) + reach(model, data, geom, way)
+        for way in np.outer(np.cos(angles), aside) + np.outer(np.sin(angles), upwards)
+    )
+
+
+def reach(model: mujoco.MjModel, data: mujoco.MjData, geom: int, direction: Floats) -> float:
+    """Return how far a geom reaches from its middle in a direction of the world, m."""
+    x, y, z = way = data.geom_xmat[geom].reshape(3, 3).T @ direction
+    size = model.geom_size[geom]
+    kind, kinds = int(model.geom_type[geom]), mujoco.mjtGeom
+    if kind == kinds.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        first = int(model.mesh_vertadr[mesh])
+        vertices = model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])]
+        return float((vertices @ way).max())
+    if kind == kinds.mjGEOM_BOX:
+        return float(size @ np.abs(way))
+    if kind == kinds.mjGEOM_ELLIPSOID:
+        return float(np.linalg.norm(size * way))
+    if kind == kinds.mjGEOM_CYLINDER:
+        return float(size[0] * math.hypot(x, y) + size[1] * abs(z))
+    return float(size[0] + (size[1] * abs(z) if kind == kinds.mjGEOM_CAPSULE else 0.0))
+
 
 _PLACE_M = 1e-3
 """How far the place of a sensor, a caster or a rolling wheel in both files may differ."""

@@ -26,8 +26,7 @@ from sim.physics.names import (
     ROBOT_BIT,
     STEP_NS,
 )
-from sim.physics.prop_bodies import add_bodies, bodies_of, keep_figures
-from sim.physics.prop_shapes import check_count
+from sim.physics.prop_bodies import add_bodies, bodies_of, check_count, keep_figures
 from sim.physics.props import Props
 from sim.physics.scenery import add_world
 from sim.physics.simulator import TOUCHING_M, FollowedSimulator, SimulatorFactory

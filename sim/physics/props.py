@@ -22,8 +22,7 @@ import mujoco
 from bt_mission.base.diagnostics import listed
 from sim.physics.clearance import Gauge, touching
 from sim.physics.names import BASE
-from sim.physics.prop_bodies import PropBodies
-from sim.physics.prop_shapes import MOST, PropError, shape
+from sim.physics.prop_bodies import MOST, PropBodies, PropError, shape
 from sim.physics.simulator import FollowedSimulator
 from sim.world.motion import Course, Drifting, PassingCourse, Point
 from sim.world.shapes import Obstacle

@@ -22,8 +22,7 @@ from sim.physics.names import (
     SOLIMP,
     SOLREF,
 )
-from sim.world.colours import rgba
-from sim.world.shapes import Obstacle
+from sim.world.shapes import Obstacle, rgba
 from sim.world.world import LooseBox, SlipperyPatch, World, Zone
 
 TON = 1000.0

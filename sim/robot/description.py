@@ -1,6 +1,10 @@
 """The robot as URDF, of boxes, cylinders and spheres, for RViz and Foxglove.
 
-Links are the frames of `sim.robot.frames`, below `base_footprint`.
+Links are the frames of `sim.robot.description`, below `base_footprint`.
+
+Every kind of sensor, in the order in which they measure at one instant.
+
+The robot's frames as its URDF has them.
 """
 
 from __future__ import annotations
@@ -10,14 +14,88 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from bt_mission.robots.body import CylinderBody
-from bt_mission.robots.drives import DifferentialDrive
+from bt_mission.robots.drives import DifferentialDrive, OmnidirectionalDrive
 from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.physics.body import looks
-from sim.robot.frames import fixed_frames
 from sim.robot.links import Link
+from sim.sensors.battery import BatterySensor
+from sim.sensors.bumper import BumperSensor
 from sim.sensors.camera import LINK as CAMERA_LINK
-from sim.world.colours import rgba
+from sim.sensors.camera import CameraInfoSensor, CameraSensor
+from sim.sensors.depth_camera import DepthCameraSensor, DepthInfoSensor
+from sim.sensors.distance import RangeSensor
+from sim.sensors.imu import Imu
+from sim.sensors.lidar import LidarSensor
+from sim.sensors.sensor import Sensor, named
+from sim.world.shapes import rgba
+
+SENSORS: tuple[type[Sensor], ...] = (
+    Imu,
+    LidarSensor,
+    BatterySensor,
+    CameraInfoSensor,
+    CameraSensor,
+    DepthInfoSensor,
+    DepthCameraSensor,
+)
+
+NAMED: tuple[type[Sensor], ...] = (LidarSensor, RangeSensor, BumperSensor)
+"""Those of which a robot has several, each with a name."""
+
+
+def sensors_of(robot: RobotModel) -> list[type[Sensor]]:
+    """Return the kinds of sensors that a robot has."""
+    kinds = [kind for kind in SENSORS if kind.figures(robot) is not None]
+    return kinds + [named(kind, name) for kind in NAMED for name in getattr(robot, kind.table)]
+
+
+# A quarter turn about x to the right: z along the axle to the left.
+_SIDEWAYS: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+
+
+def fixed_frames(robot: RobotModel) -> list[FramePose]:
+    """Return all frames below `base_footprint`. Wheels are shown as at the start."""
+    drive = robot.drive
+    axle_z = drive.wheel_radius - robot.base_height
+    casters = drive.casters if isinstance(drive, DifferentialDrive) else ()
+    names = _caster_names(casters)
+    return [
+        FramePose(BASE_FOOTPRINT, BASE_LINK, (0.0, 0.0, robot.base_height)),
+        *(
+            FramePose(BASE_LINK, f"{name}_link", (x, y, axle_z), _axle(robot, index))
+            for index, (name, (x, y)) in enumerate(zip(drive.names, drive.places, strict=True))
+        ),
+        *(
+            FramePose(BASE_LINK, name, at, _SIDEWAYS)
+            for name, at in zip(names, casters, strict=True)
+        ),
+        *(frame for kind in sensors_of(robot) for frame in kind.frames(robot)),
+    ]
+
+
+def _axle(robot: RobotModel, index: int) -> Quaternion:
+    """Return the rotation of a wheel's frame: z along its axle to the left of its heading."""
+    if not isinstance(robot.drive, OmnidirectionalDrive):
+        return _SIDEWAYS
+    half = math.radians(robot.drive.wheels[index].heading) / 2
+    x, _, _, w = _SIDEWAYS
+    return math.cos(half) * x, math.sin(half) * x, math.sin(half) * w, math.cos(half) * w
+
+
+def _caster_names(casters: Sequence[Vector]) -> list[str]:
+    """Return the frame of each caster; those on the same side are numbered."""
+    places = []
+    for x, y, _ in casters:
+        end = "_front" if x > 0 else "_back" if x < 0 else ""
+        places.append(f"caster{end}{'_left' if y > 0 else '_right' if y < 0 else ''}")
+    return [
+        f"{place}_{places[:index].count(place) + 1}_link"
+        if places.count(place) > 1
+        else f"{place}_link"
+        for index, place in enumerate(places)
+    ]
+
 
 _CAMERA = (0.02, 0.06, 0.02)
 """m: edges of what is shown for the camera."""

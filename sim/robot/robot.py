@@ -21,11 +21,11 @@ from sim.physics.pushes import Frame, Pushes
 from sim.physics.spawn import RobotSpawn
 from sim.robot import fit
 from sim.robot.base import Before, base_of
+from sim.robot.description import SENSORS, sensors_of
 from sim.robot.joints import JointServos
 from sim.robot.links import Links
 from sim.robot.localization import Localization, LocalizationError
 from sim.sensors.battery import Battery, BatterySensor
-from sim.sensors.kinds import SENSORS, sensors_of
 from sim.sensors.lidar import LidarSensor
 from sim.sensors.odometry import NO_ODOMETRY_FAULTS, JointFaults, Odometry, PlanarOdometry
 from sim.sensors.sensor import Mount, Sensor

@@ -1,9 +1,13 @@
-"""The simulator in its own process: paced against the wall clock, ended by a signal."""
+"""The simulator in its own process: paced against the wall clock, ended by a signal.
+
+The standard interfaces of simulators (`simulation_interfaces`) on the node of a simulation.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib.util import find_spec
+from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock
@@ -11,19 +15,44 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import Executor
 from rclpy.parameter import Parameter
 
+from bt_mission.base.commands import page
 from bt_mission.base.dds.endpoints import UNNAMED, unheard
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.parameters import ParameterSpec
 from bt_mission.base.ros_log import log_of
+from bt_mission.base.stamps import set_ns
 from bt_mission.base.wall_clock import Pacer, Stopwatch
 from bt_mission.ros.executors.process import LOOK_S, ProcessOptions, run
+from sim.entities import Entities
 from sim.physics.spawn import RobotSpawn
+from sim.ros.entity_services import EntityServices
 from sim.ros.node import NODE_NAME, SimNode, SimOptions
 from sim.ros.run_control import RunControl, RunState
+from sim.ros.run_services import RunServices
 from sim.ros.topics import COMMAND_TYPES
+from sim.ros.world_services import WorldServices
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
 from sim.world.world import World
+
+ABOUT = f"bt-mission sim; {page('simulator')} says what each service does"
+
+
+def offer_standard_services(node: SimNode, control: RunControl, source: str) -> None:
+    """Offer the standard's services and actions that a simulation supports.
+
+    `source` is the name or path of its world.
+    """
+
+    def fill_now(stamp: Any) -> Any:
+        return set_ns(stamp, node.clock_ns)
+
+    entities = Entities(node.physics, node.robots)
+    run = RunServices(node, control)
+    about = EntityServices(node, control, entities, fill_now).features
+    about += WorldServices(node, control, node.physics.world, source).features
+    run.offer_always([*run.features, *about], ABOUT)
+
 
 SLOWEST, FASTEST = 0.01, 1000.0
 """Times real time."""
@@ -184,7 +213,7 @@ class LiveSimNode(SimNode):
                 "ros-jazzy-simulation-interfaces"
             )
             return
-        from sim.ros.standard_services import (  # noqa: PLC0415 - needs what may not be installed
+        from sim.ros.live import (  # noqa: PLC0415 - needs what may not be installed
             offer_standard_services,
         )
 

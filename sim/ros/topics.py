@@ -2,17 +2,24 @@
 
 Its sensors are separate (`sim.ros.sensor_topics`). Nothing is published without a subscription. All
 names begin with the robot's prefix.
+
+Writes readings into ROS messages, which are handed in.
+
+The simulator in AMCL's place: programs for Nav2 wait for it before they send goals.
 """
 
 from __future__ import annotations
 
 import array
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 from bt_mission_interfaces.msg import Collision as CollisionMessage
-from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist, TwistStamped
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -23,19 +30,52 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 
+from bt_mission.base.geometry import Pose2D, set_planar
 from bt_mission.base.goal_rate import MOST_WAITING
 from bt_mission.base.ros_log import log_of
-from bt_mission.base.stamps import NS
+from bt_mission.base.stamps import NS, set_ns
 from bt_mission.cdr.decoder import decoder_of
 from bt_mission.cdr.picker import Picker
 from bt_mission.cdr.writer import MessageTemplate
 from sim import frames
-from sim.robot.description import description
-from sim.robot.frames import fixed_frames
+from sim.frames import MAP, FramePose
+from sim.physics.contacts import Collision
+from sim.robot.description import description, fixed_frames
 from sim.robot.robot import SimulatedRobot
-from sim.ros import message_fields
 from sim.ros.schedule import Schedule
 from sim.ros.sensor_topics import LATCHED, RELIABLE
+
+
+def header(message: Any, stamp: Any, frame: str, child: str | None = None) -> Any:
+    """Give a message its frames, and a stamp that others may share. Return the message."""
+    message.header.stamp, message.header.frame_id = stamp, frame
+    if child is not None:
+        message.child_frame_id = child
+    return message
+
+
+def transform(message: Any, frame: FramePose, stamp: Any) -> Any:
+    """Fill a TransformStamped with a fixed frame, and return it."""
+    header(message, stamp, frame.parent, frame.child)
+    t, r = message.transform.translation, message.transform.rotation
+    t.x, t.y, t.z = frame.translation
+    r.x, r.y, r.z, r.w = frame.rotation
+    return message
+
+
+def with_collision(message: Any, event: Collision) -> Any:
+    """Fill a Collision, with its own time as the stamp, and return it."""
+    set_ns(message.header.stamp, event.time_ns)
+    message.header.frame_id = MAP
+    message.obstacle, message.force = event.obstacle, event.force
+    message.point.x, message.point.y, message.point.z = event.point
+    return message
+
+
+def planar(x: float, y: float, yaw: float) -> tuple[float, float, float, float]:
+    """Return x and y of a place, and z and w of its quaternion."""
+    return x, y, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
 
 COMMANDS = QoSProfile(depth=1)  # of several waiting ones, only the newest counts
 REQUESTS = QoSProfile(depth=MOST_WAITING)
@@ -190,7 +230,7 @@ class RobotPublishers:
     def _make_tree(self) -> None:
         tree = TFMessage()
         tree.transforms = [
-            message_fields.transform(TransformStamped(), frame, self._stamp)
+            transform(TransformStamped(), frame, self._stamp)
             for frame in fixed_frames(self._robot.robot)
         ]
         publisher = self._publisher(TFMessage, "tf_static", LATCHED)
@@ -208,30 +248,24 @@ class RobotPublishers:
             for collision in self._robot.take_collisions():
                 log_of(self._node).info(f"{who}collision with {collision.obstacle}")
                 on_clock = replace(collision, time_ns=self._schedule.clock_ns(collision.time_ns))
-                publisher.publish(message_fields.collision(CollisionMessage(), on_clock))
+                publisher.publish(with_collision(CollisionMessage(), on_clock))
 
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
 
     def _make_base(self) -> None:
         """Publish wheels, odometry, moving frames and true pose, all of one instant."""
         robot, joints = self._robot, self._robot.joints
-        turned = message_fields.header(JointState(name=list(joints)), self._stamp, "")
+        turned = header(JointState(name=list(joints)), self._stamp, "")
         still = array.array("d", (0.0,) * len(joints))
         turned.position, turned.velocity = still, still
-        reckoned = message_fields.header(
-            OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
-        )
-        true = message_fields.header(
-            OdometryMessage(), self._stamp, frames.MAP, frames.BASE_FOOTPRINT
-        )
-        base = message_fields.header(
-            TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
-        )
-        odom = message_fields.header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
+        reckoned = header(OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
+        true = header(OdometryMessage(), self._stamp, frames.MAP, frames.BASE_FOOTPRINT)
+        base = header(TransformStamped(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT)
+        odom = header(TransformStamped(), self._stamp, frames.MAP, frames.ODOM)
         sent = [odom, base] if self._localises else [base]
         links = robot.links
         moved = [
-            message_fields.transform(TransformStamped(), frame, self._stamp)
+            transform(TransformStamped(), frame, self._stamp)
             for frame in (() if links is None else links.frames)
         ]
         moving = self._packed(
@@ -267,17 +301,17 @@ class RobotPublishers:
                 motion: tuple[float, ...] = reading.linear, reading.angular
                 if slides:
                     motion = reading.linear, reading.lateral, reading.angular
-                odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
+                odometry_out.publish(odometry.packed(*planar(*here), *motion))
             to_odom = robot.localization.map_to_odom(robot.pose, here, robot.physics.time_ns)
             if moving_out.get_subscription_count() and not faults["odometry"].dead:
-                places: tuple[float, ...] = message_fields.planar(*here)
+                places: tuple[float, ...] = planar(*here)
                 if localises:
-                    places = (*message_fields.planar(*to_odom), *places)
+                    places = (*planar(*to_odom), *places)
                 if links is not None:
                     places = (*places, *links.places())
                 moving_out.publish(moving.packed(*places))
             if truth_out.get_subscription_count():
-                place = message_fields.planar(*robot.pose)
+                place = planar(*robot.pose)
                 truth_out.publish(truth.packed(*place, *robot.velocity))
 
         self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
@@ -297,3 +331,28 @@ class RobotPublishers:
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish_changed)
         name = self._name("motor_power")
         self._node.create_service(SetBool, name, self._on_motor_power, qos_profile=REQUESTS)
+
+
+RATE_HZ = 2.0
+
+
+def localise(node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot) -> None:
+    """Publish a robot's pose by its localization as `amcl_pose`; its node's state is "active"."""
+    message = header(PoseWithCovarianceStamped(), stamp, frames.MAP)
+    place = message.pose.pose
+    publisher = node.create_publisher(type(message), f"{robot.prefix}amcl_pose", LATCHED)
+
+    def publish(_: int) -> None:
+        reading = robot.read_odometry()
+        believed = robot.localization.believed(robot.pose, (reading.x, reading.y, reading.yaw))
+        set_planar(place.position, place.orientation, Pose2D(*believed))
+        publisher.publish(message)
+
+    def answer(_request: Any, response: Any) -> Any:
+        response.current_state.id = State.PRIMARY_STATE_ACTIVE
+        response.current_state.label = "active"
+        return response
+
+    schedule.every(RATE_HZ, "amcl_pose", publish)
+    name = f"{robot.prefix}amcl/get_state"
+    node.create_service(GetState, name, answer, qos_profile=REQUESTS)

@@ -20,8 +20,7 @@ from sim.frames import BASE_LINK, FramePose, Quaternion
 from sim.physics.names import BASE, CAMERA, FLOOR, LOOKS, MARKS, ROBOT, SCREENS, SOLID
 from sim.sensors import topics
 from sim.sensors.canvas import Canvas, Image, NoCameraError
-from sim.sensors.noise import PictureNoise
-from sim.sensors.sensor import Mount, Sensor
+from sim.sensors.sensor import Mount, PictureNoise, Sensor
 
 LINK = "camera_link"
 FRAME = "camera_rgb_frame"

@@ -16,9 +16,8 @@ from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
 from sim.sensors import topics
 from sim.sensors.camera import OPTICAL, CameraInfoSensor, image
-from sim.sensors.noise import PictureNoise
-from sim.sensors.rays import Rays
-from sim.sensors.sensor import Mount, Sensor
+from sim.sensors.lidar import Rays
+from sim.sensors.sensor import Mount, PictureNoise, Sensor
 
 FRAME = "camera_depth_frame"
 OPTICAL_FRAME = "camera_depth_optical_frame"

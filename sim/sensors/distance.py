@@ -13,9 +13,8 @@ from bt_mission.robots.model import RobotModel
 from sim.frames import BASE_LINK, FramePose
 from sim.physics.names import BASE
 from sim.sensors import topics
-from sim.sensors.noise import Noise
-from sim.sensors.rays import Rays
-from sim.sensors.sensor import Mount, Sensor
+from sim.sensors.lidar import Rays
+from sim.sensors.sensor import Mount, Noise, Sensor
 
 _RAYS = 9
 """Rays across the field of view of a level sensor; a cliff sensor has one."""

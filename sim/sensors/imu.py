@@ -12,8 +12,7 @@ from typing_extensions import override
 
 from sim.physics.names import ACCELEROMETER, BASE
 from sim.sensors import topics
-from sim.sensors.noise import Noise
-from sim.sensors.sensor import Mount, Sensor
+from sim.sensors.sensor import Mount, Noise, Sensor
 
 
 @dataclass(frozen=True, slots=True)

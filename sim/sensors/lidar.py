@@ -1,4 +1,7 @@
-"""The lidar: distances to the surroundings, one ray per direction, all at one instant."""
+"""The lidar: distances to the surroundings, one ray per direction, all at one instant.
+
+Rays from a place on the base: distances for lidars, range sensors and depth cameras.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import array
 import math
 from collections.abc import Mapping
 from statistics import NormalDist
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -16,12 +19,63 @@ from typing_extensions import override
 from bt_mission.robots.model import LidarModel, RobotModel
 from sim.faults import SensorFaults, expected, within
 from sim.frames import BASE_LINK, FramePose
-from sim.physics.names import BASE
+from sim.physics.names import BASE, MARKS, SCREENS, SOLID
 from sim.physics.simulator import FollowedSimulator
 from sim.sensors import topics
-from sim.sensors.noise import Noise
-from sim.sensors.rays import Rays
-from sim.sensors.sensor import Mount, Sensor
+from sim.sensors.sensor import Mount, Noise, Sensor
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+
+
+class Rays:
+    """Casts rays from a place on the base.
+
+    Args:
+        model: The model of the world.
+        base: The number of the base's body, which no ray hits.
+        place: Where they begin, m in the frame of the base.
+        directions: Unit vectors in the frame of the base, one a row. They may be changed.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        base: int,
+        place: tuple[float, float, float],
+        directions: Floats,
+    ) -> None:
+        self._model, self._base, self._place = model, base, np.array(place)
+        self.directions = directions
+        self._vectors = np.empty_like(directions)
+        self._distances = np.empty(len(directions))
+        self._hit = np.empty(len(directions), dtype=np.int32)
+        self._groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
+        self._groups[[SOLID, MARKS, SCREENS]] = 1
+
+    def cast(self, data: mujoco.MjData, count: int) -> tuple[Floats, npt.NDArray[np.bool]]:
+        """Return the distances (m) of the first `count` rays, and which of them hit nothing.
+
+        Positions in `data` must be current. The next call overwrites the distances.
+        """
+        vectors, distances, hit = self._vectors[:count], self._distances[:count], self._hit[:count]
+        rotation = data.xmat[self._base].reshape(3, 3)
+        np.matmul(self.directions[:count], rotation.T, out=vectors)
+        mujoco.mj_multiRay(
+            self._model,
+            data,
+            data.xpos[self._base] + rotation @ self._place,
+            vectors.reshape(-1),
+            self._groups,
+            1,  # static geoms too
+            self._base,  # not its own screen; its other geoms are in groups that are left out
+            hit,
+            distances,
+            None,
+            count,
+            mujoco.mjMAXVAL,
+        )
+        return distances, hit < 0
+
 
 _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""

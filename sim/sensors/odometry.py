@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from bt_mission.robots.model import RobotModel
 from sim.faults import PartFaults, SensorFaults, within
-from sim.sensors.noise import Noise
+from sim.sensors.sensor import Noise
 
 Error = Annotated[float, within(-0.9, 9, "(relative)")]
 

@@ -14,9 +14,8 @@ from typing import Annotated, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from bt_mission.base.nature_field import WrittenNature
-from sim.world.colours import Colour
 from sim.world.motion import Circling, Motion, Patrolling
-from sim.world.shapes import Obstacle
+from sim.world.shapes import Colour, Obstacle
 
 FASTEST = 2.0
 """m/s that an obstacle may move at: 1 cm in a step of the physics."""

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from action_servers.camera.camera_sweep import ImageFolder
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import ZERO
+from action_servers.core.maneuver import ZERO, ErrorCode
 from bt_mission.base.geometry import Pose2D
 from tests.support.served import DRIVING, SERVED, goal
 from tests.support.thorough import sample

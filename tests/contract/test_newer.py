@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import ZERO
+from action_servers.core.maneuver import ZERO, ErrorCode
 from action_servers.core.pilot import REFUSED_WHILE_DRIVING
 from bt_mission.base.goal_rate import MOST_GOALS
 from tests.support.served import BESIDE, DRIVING, OF_PARTS, SERVED, goal

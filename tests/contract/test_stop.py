@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import ZERO
+from action_servers.core.maneuver import ZERO, ErrorCode
 from tests.support.served import SERVED
 
 

@@ -12,7 +12,7 @@ from example_interfaces.srv import AddTwoInts
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
-from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ErrorCode
 from action_servers.robot_io.messages import generated_type
 from tests.support.project import ROOT
 from tests.support.served import SERVED

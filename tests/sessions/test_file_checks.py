@@ -21,8 +21,8 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_checks import TOPICS, stage_problems, start_problem
 from sim.physics.spawn import RobotSpawn
+from sim.robot.description import sensors_of
 from sim.robot.fit import SpawnError, is_clear
-from sim.sensors.kinds import sensors_of
 from sim.simulation import Simulation
 from sim.world.world import Cylinder, Spawn, World
 from tests.support.project import ROOT

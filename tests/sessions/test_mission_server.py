@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
-from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ErrorCode
 from bt_mission.base.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.base.goal_rate import MOST_LINES
 from bt_mission.ros.graph import LATCHED

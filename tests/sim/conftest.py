@@ -17,12 +17,12 @@ from tf2_msgs.msg import TFMessage
 from bt_mission.robots.model import RobotModel, SensorsModel, load_robot
 from sim.physics.physics import Physics
 from sim.physics.spawn import RobotSpawn
+from sim.robot.description import SENSORS
 from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
 from sim.ros.sensor_topics import message_type
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
-from sim.sensors.kinds import SENSORS
 from sim.world.world import World
 from tests.support.rig import Rig
 from tests.support.simulated import alone

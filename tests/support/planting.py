@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.core import checks, pilot
+from action_servers.core import maneuver, pilot
 from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.turn import Turn
 from action_servers.navigation.waypoints import FollowWaypoints
@@ -64,7 +64,7 @@ def twisted(owner: Any, change: Callable[[Twist2D], Twist2D], name: str = "step"
 
 def blind(patch: pytest.MonkeyPatch) -> None:
     """Take old scans and odometry for new ones."""
-    patch.setattr(checks, "overdue", lambda *_: None)
+    patch.setattr(maneuver, "overdue", lambda *_: None)
 
 
 def lost_cancel(self: pilot.Pilot, run: Any) -> None:

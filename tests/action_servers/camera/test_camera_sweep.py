@@ -10,8 +10,7 @@ import pytest
 from PIL import Image as Picture
 
 from action_servers.camera.camera_sweep import CameraSweep, ImageFolder
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import SUCCEEDED, Image
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Image
 from bt_mission.base.geometry import Twist2D
 
 

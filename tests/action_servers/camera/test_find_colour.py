@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from action_servers.camera.find_colour import HUES_DEG, FindColour, largest_patch, plan
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Image, Observation
+from action_servers.core.maneuver import SUCCEEDED, ZERO, ErrorCode, Finished, Image, Observation
 
 BEACONS = {
     "red": (0xD6, 0x20, 0x2A),

@@ -9,8 +9,7 @@ import numpy as np
 from PIL import Image as Picture
 
 from action_servers.camera.take_pictures import TakePictures, compressed
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import ZERO, Finished, Image, Observation
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Image, Observation
 
 
 class Camera:

@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 
 from action_servers.core.action import Action, Misfit, ServerContext, action
-from action_servers.core.checks import stale
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import NumberLimit, faults
 from action_servers.core.maneuver import (
+    ErrorCode,
     Finished,
     Grid,
     JointReadings,
     Observation,
     Refusal,
     Scan,
+    stale,
 )
 from action_servers.mapping.node import MapperTuning
 from bt_mission.base.actions import declared

@@ -14,14 +14,16 @@ from hypothesis.extra.numpy import arrays
 
 from action_servers.core import clearance
 from action_servers.core.clearance import (
+    HULL_M,
+    footprint,
+    free_angle,
+    free_distance,
     into_frame,
     obstacle_points,
     of_nearest_rays,
     out_of_frame,
 )
-from action_servers.core.footprint import footprint, free_angle, free_distance
 from action_servers.core.maneuver import Scan
-from action_servers.core.margins import HULL_M
 from bt_mission.base.geometry import Pose2D
 from bt_mission.robots.model import RobotModel, load_robot
 

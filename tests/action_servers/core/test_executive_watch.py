@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.core.executive_watch import ExecutiveLimits, ExecutiveWatch
+from action_servers.server.topics import ExecutiveLimits, ExecutiveWatch
 
 LATE = "no sign of life of the executive for 0.2 s: the base is held"
 DEAD = "the executive has died: no sign of life for 2 s"

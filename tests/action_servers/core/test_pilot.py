@@ -7,9 +7,16 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.governor import Governor
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Maneuver, Observation, Reason
+from action_servers.core.maneuver import (
+    SUCCEEDED,
+    ZERO,
+    ErrorCode,
+    Finished,
+    Maneuver,
+    Observation,
+    Reason,
+)
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import load_robot

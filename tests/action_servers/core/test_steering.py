@@ -10,9 +10,9 @@ from nav2_msgs.action import DriveOnHeading
 
 from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Reason, Scan
-from action_servers.core.merged_scan import ScanMerger
 from action_servers.driving.straight import Straight, misfit, plan_drive_on_heading
 from action_servers.driving.turn import Turn
+from action_servers.robot_io.messages import ScanMerger
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import load_robot
 from tests.support.fake_robot import FakeRobot, Wall, in_the_open

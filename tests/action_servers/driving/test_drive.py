@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from action_servers.core.drive_limits import speed_to_stop_in
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import ZERO, Finished, Held, Observation, Reason
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Held, Observation, Reason
 from action_servers.driving.drive import Drive
 from action_servers.driving.move import Move, plan
 from action_servers.driving.record_distance import RecordDistance

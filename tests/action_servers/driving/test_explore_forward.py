@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import Finished
+from action_servers.core.maneuver import ErrorCode, Finished
 from action_servers.driving.explore_forward import EXPLORING, ExploreForward, ExploreTuning, limits
 from bt_mission.base.geometry import Twist2D
 from bt_mission.robots.model import RobotModel

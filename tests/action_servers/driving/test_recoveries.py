@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Observation
+from action_servers.core.maneuver import SUCCEEDED, ZERO, ErrorCode, Finished, Observation
 from action_servers.driving import turn
 from action_servers.driving.recoveries import WaitManeuver
 from action_servers.driving.straight import (

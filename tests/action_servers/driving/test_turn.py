@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import SUCCEEDED, Finished
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Finished
 from action_servers.driving.turn import Spin, Turn, plan, plan_spin
 from bt_mission.base.geometry import Twist2D
 from tests.support.thorough import sample

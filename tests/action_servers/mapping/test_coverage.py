@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from action_servers.core.maneuver import Grid
-from action_servers.mapping.coverage import VisitedArea
+from action_servers.mapping.node import VisitedArea
 from bt_mission.base.geometry import Pose2D
 
 

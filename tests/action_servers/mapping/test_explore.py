@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.core.maneuver import Finished, Grid, Observation
+from action_servers.core.maneuver import ErrorCode, Finished, Grid, Observation
 from action_servers.mapping import explore
 from action_servers.mapping.explore import FRONTIERS, ExploreFrontiers, plan
 from action_servers.mapping.occupancy import OccupancyMapper

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from action_servers.core.maneuver import Grid
-from action_servers.mapping.files import MapFileError, save
+from action_servers.mapping.node import MapFileError, save
 from bt_mission.base.yaml.document import read
 
 GRID = Grid(0.05, -1.5, 2.25, np.array([[0, 100, -1], [0, 0, -1]], dtype=np.int8))

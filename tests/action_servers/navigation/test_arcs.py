@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.core.footprint import footprint
+from action_servers.core.clearance import footprint
 from action_servers.core.grid import survey
 from action_servers.core.maneuver import SUCCEEDED
 from action_servers.navigation.arcs import (

@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from action_servers.core.clearance import footprint
 from action_servers.core.drive_limits import limits
-from action_servers.core.footprint import footprint
-from action_servers.navigation.escape import Escape, WayOut, way_out
+from action_servers.navigation.follower import Escape, WayOut, way_out
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.base.geometry import Pose2D
 

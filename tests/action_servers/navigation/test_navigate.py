@@ -8,7 +8,7 @@ import pytest
 
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished
 from action_servers.navigation.navigate import NavigateToPose
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.navigation.path import NAVIGATION
 from bt_mission.base.geometry import Pose2D
 
 ROOM = """

@@ -7,12 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from action_servers.core.error_codes import ErrorCode
 from action_servers.core.grid import survey
-from action_servers.core.maneuver import Grid
-from action_servers.navigation.path import Path, cost_model, path_through, smooth, straighten
+from action_servers.core.maneuver import ErrorCode, Grid
+from action_servers.navigation.path import (
+    NAVIGATION,
+    Path,
+    cost_model,
+    path_through,
+    smooth,
+    straighten,
+)
 from action_servers.navigation.planner import NoPath, plan, road_map
-from action_servers.navigation.tuning import NAVIGATION
 
 RADIUS = 0.2377
 """The turning circle of a Waffle."""

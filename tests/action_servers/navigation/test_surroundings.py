@@ -8,10 +8,8 @@ import pytest
 
 from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid, Scan
-from action_servers.navigation.obstacles import ObstacleLayer
-from action_servers.navigation.senses import PoseHistory
-from action_servers.navigation.surroundings import Surroundings
-from action_servers.navigation.tuning import NAVIGATION
+from action_servers.navigation.path import NAVIGATION
+from action_servers.navigation.surroundings import ObstacleLayer, PoseHistory, Surroundings
 from bt_mission.base.geometry import Pose2D
 
 ROOM = """

@@ -9,10 +9,9 @@ from itertools import groupby
 import pytest
 
 from action_servers.core.maneuver import SUCCEEDED, Finished
+from action_servers.navigation.path import NavigationTuning
 from action_servers.navigation.surroundings import Surroundings
-from action_servers.navigation.through_poses import NavigateThroughPoses
-from action_servers.navigation.tuning import NavigationTuning
-from action_servers.navigation.waypoints import FollowWaypoints
+from action_servers.navigation.waypoints import FollowWaypoints, NavigateThroughPoses
 from bt_mission.base.geometry import Pose2D
 from tests.support.thorough import sample
 

@@ -17,8 +17,8 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
-from action_servers.core.error_codes import ErrorCode
-from action_servers.robot_io.command_types import COMMAND_TYPES, PLAIN, STAMPED, Listeners
+from action_servers.core.maneuver import ErrorCode
+from action_servers.robot_io.base import COMMAND_TYPES, PLAIN, STAMPED, Listeners
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.base.dds.liveliness import RECORDER
 from bt_mission.robots.model import load_robot

@@ -10,7 +10,7 @@ from rclpy.serialization import serialize_message
 from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import Refusal
-from action_servers.robot_io.frames import Frames
+from action_servers.robot_io.sensors import Frames
 from bt_mission.base.geometry import Pose2D
 
 

@@ -16,7 +16,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, JointState, LaserScan
 
-from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ErrorCode
 from action_servers.robot_io.messages import (
     MOST_RAYS,
     OdometryMessage,

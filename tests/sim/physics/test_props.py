@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from sim.physics.physics import compile_model
-from sim.physics.prop_bodies import bodies_of
-from sim.physics.prop_shapes import PropError
-from sim.physics.prop_shapes import shape as prop_shape
+from sim.physics.prop_bodies import PropError, bodies_of
+from sim.physics.prop_bodies import shape as prop_shape
 from sim.physics.spawn import RobotSpawn
 from sim.sensors.camera import RaycastCamera
 from sim.sensors.imu import Imu

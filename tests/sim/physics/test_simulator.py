@@ -10,7 +10,7 @@ import pytest
 from bt_mission.base.errors import BtMissionError
 from bt_mission.robots.model import load_robot
 from sim.faults import FaultError
-from sim.physics.prop_shapes import PropError
+from sim.physics.prop_bodies import PropError
 from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.world import Spawn, World

@@ -11,8 +11,7 @@ from bt_mission.robots.model import RobotModel, load_robot
 from sim.frames import BASE_FOOTPRINT
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
-from sim.robot.description import description
-from sim.robot.frames import fixed_frames
+from sim.robot.description import description, fixed_frames
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 

@@ -6,8 +6,8 @@ import pytest
 from simulation_interfaces import srv
 
 from sim.physics.names import STEP_NS
+from sim.ros.live import offer_standard_services
 from sim.ros.run_control import RunControl
-from sim.ros.standard_services import offer_standard_services
 
 NEVER = 2**62
 

@@ -9,10 +9,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from bt_mission.base.files import names
 from bt_mission.robots.model import load_robot
+from sim.robot.description import sensors_of
 from sim.ros.sensor_topics import empty_message
 from sim.sensors.camera import CameraInfoSensor
 from sim.sensors.imu import Imu
-from sim.sensors.kinds import sensors_of
 from sim.sensors.lidar import LidarSensor
 from sim.sensors.topics import topics_of
 from tests.support.simulated import alone

@@ -9,8 +9,8 @@ from simulation_interfaces.msg import Bounds, TagsFilter
 from visualization_msgs.msg import Marker
 
 from bt_mission.base.files import find, names
+from sim.ros.node import zone_markers
 from sim.ros.requests import Code
-from sim.ros.world_messages import zone_markers
 from sim.world.loader import load_world
 from sim.world.world import World
 from tests.sim.ros.conftest import result_of

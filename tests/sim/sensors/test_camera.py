@@ -12,9 +12,9 @@ from bt_mission.robots.model import SensorsModel
 from sim.sensors import canvas
 from sim.sensors.camera import Camera, RaycastCamera
 from sim.sensors.canvas import NoCameraError
-from sim.sensors.noise import PictureNoise
-from sim.world.colours import rgba
+from sim.sensors.sensor import PictureNoise
 from sim.world.loader import load_world
+from sim.world.shapes import rgba
 from tests.support.simulated import alone
 from tests.support.thorough import sample
 

@@ -7,7 +7,7 @@ import pytest
 
 from bt_mission.robots.model import RobotModel, SensorsModel
 from sim.sensors.imu import Imu
-from sim.sensors.noise import Noise
+from sim.sensors.sensor import Noise
 from tests.support.simulated import alone, wait
 
 ARENA = [

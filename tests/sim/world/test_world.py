@@ -7,8 +7,8 @@ import pytest
 
 from bt_mission.base.diagnostics import InputError
 from bt_mission.robots.model import load_robot
-from sim.world.colours import rgba
 from sim.world.loader import load_world, problems, unseen
+from sim.world.shapes import rgba
 from sim.world.world import World
 
 GOOD = """\

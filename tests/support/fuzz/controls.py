@@ -20,8 +20,8 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
 from action_servers.driving.turn import TURNING
-from action_servers.navigation.tuning import NAVIGATION
-from action_servers.server.parameters import declare_server_parameters, limited
+from action_servers.navigation.path import NAVIGATION
+from action_servers.server.node import declare_server_parameters, limited
 from bt_mission.base.diagnostics import InputError
 from bt_mission.base.errors import BtMissionError
 from bt_mission.executive.behaviours.builder import build_tree
