@@ -202,7 +202,10 @@ def hostile_run() -> RecordedRun:
     run = filled(RecordedRun)
     grid = replace(run.grid, cells=np.zeros((1, 1), np.int8))
     scans = tuple(replace(scan, points=np.zeros((1, 2))) for scan in run.scans)
-    goals = tuple(replace(goal, status="aborted") for goal in run.goals)  # one of a closed list
+    # Of closed lists.
+    goals = tuple(
+        replace(goal, result_status="aborted", served_status="aborted") for goal in run.goals
+    )
     spans = tuple(tuple(replace(span, status="failure") for span in each) for each in run.spans)
     return replace(run, grid=grid, scans=scans, goals=goals, spans=spans)
 
