@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 from action_servers.core.grid import OCCUPIED_FROM
 from action_servers.core.maneuver import Grid, Scan
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
-from action_servers.navigation.surroundings import PoseHistory
+from action_servers.navigation.pose_history import PoseHistory
 from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
 from bt_mission.base.errors import BtMissionError
 from bt_mission.base.geometry import Pose2D

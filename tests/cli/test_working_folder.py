@@ -30,8 +30,17 @@ with open({marks!r}, "a") as marks:
 raise ImportError("planted")
 """
 MISSION = "mission: m\nworld: empty_arena\ntree: {turn: {angle: 5}, timeout: 20}\n"
+
+
+def with_program(folder: Path) -> None:
+    """Write a program in a folder of its own: beside it, it may import whatever it likes."""
+    (folder / "programs").mkdir()
+    (folder / "programs" / "short.py").write_text("import rclpy\nrclpy.init()\n")
+
+
 OURS = {
     "run": InFolder("run m.yaml --json"),
+    "play": InFolder("play programs/short.py", prepare=with_program),
     "watch": InFolder("watch --wait 0"),
     "revise": InFolder("revise nobody m.yaml"),
     "check": InFolder("check m.yaml"),

@@ -9,7 +9,8 @@ import pytest
 from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid, Scan
 from action_servers.navigation.path import NAVIGATION
-from action_servers.navigation.surroundings import ObstacleLayer, PoseHistory, Surroundings
+from action_servers.navigation.pose_history import PoseHistory
+from action_servers.navigation.surroundings import ObstacleLayer, Surroundings
 from bt_mission.base.geometry import Pose2D
 
 ROOM = """
