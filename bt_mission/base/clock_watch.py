@@ -15,16 +15,18 @@ no processor on a busy machine.
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 import select
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import accumulate, pairwise, repeat
+from itertools import accumulate, chain, pairwise, repeat, starmap
+from operator import methodcaller
 from pathlib import Path
 from queue import SimpleQueue
 from types import FrameType, TracebackType
@@ -105,11 +107,35 @@ def callback_in(innermost: FrameType | None) -> Holder | None:
     It is the outermost code of users that we have called, or that a module for callbacks has. A
     stack within a debugger shows none: a person holds the clock.
     """
+    return _callback_of(_stack_from([innermost]))
+
+
+def _stack_from(innermost: Iterable[FrameType | None]) -> list[Any]:
+    """Return the frames from the only one of an iterable outwards; the last is None."""
     stack: list[Any] = []
-    # One call of compiled code, so that the thread whose stack it is does not run meanwhile:
-    # CPython 3.11 has crashed where frames were asked for one by one.
+    outwards: Any = getattr
     with suppress(AttributeError):  # of None, after the outermost
-        stack.extend(accumulate(repeat("f_back"), getattr, initial=innermost))
+        stack.extend(accumulate(chain(innermost, repeat("f_back")), outwards))
+    return stack
+
+
+def _stack_of(thread: int) -> list[Any]:
+    """Return the frames of another thread, which does not run meanwhile.
+
+    CPython 3.11 has crashed where it did. So all is one call of compiled code, which gives the
+    interpreter to no other thread unless it collects garbage, and with that finalizers run.
+    """
+    innermost = map(methodcaller("get", thread), starmap(sys._current_frames, [()]))  # noqa: SLF001
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        return _stack_from(innermost)
+    finally:
+        if collects:
+            gc.enable()
+
+
+def _callback_of(stack: Sequence[Any]) -> Holder | None:
     inner: list[FrameType] = []
     callback: list[FrameType] = []
     for frame, outer in pairwise(stack):
@@ -310,7 +336,7 @@ class ClockWatch:
         holder = None
         if progress == before:
             with suppress(AttributeError):  # it has changed all the same: no frame, the next look
-                holder = callback_in(sys._current_frames().get(self._thread))  # noqa: SLF001
+                holder = _callback_of(_stack_of(self._thread))
         elapsed_s, self._since_look = self._since_look.elapsed_s, Stopwatch()
         own_s, self._own_s = _passed(self._own_s, time.clock_gettime(self._clock))
         all_s, self._all_s = _passed(self._all_s, time.process_time())

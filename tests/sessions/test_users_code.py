@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 import threading  # noqa: TID251 - a worker's task is in another thread
 from collections.abc import Callable, Iterator
@@ -403,3 +404,35 @@ def test_actions_of_a_test_do_not_end_it(stage: Any, method: str) -> None:
         act()
     assert run.until_done().status == "success", "the fault is the test's, not the mission's"
     assert callback_in(None) is None
+
+
+STACKS = """\
+import sys, threading
+from bt_mission.base import clock_watch
+
+class Garbage:
+    def __init__(self):
+        self.cycle = self
+    def __del__(self):
+        sum(range(200))
+
+def look():
+    for _ in range(5000):
+        clock_watch._callback_of(clock_watch._stack_of(main))
+
+def deepen(levels):
+    Garbage()
+    return [deepen(levels - 1) for _ in range(levels > 0)]
+
+main, watcher = threading.get_ident(), threading.Thread(target=look)
+sys.setswitchinterval(1e-5)
+watcher.start()
+while watcher.is_alive():
+    deepen(60)
+"""
+
+
+@pytest.mark.process
+def test_a_stack_is_read_while_its_thread_stands_still() -> None:
+    """CPython 3.11 crashes where it runs on, also for finalizers of garbage."""
+    assert subprocess.run([sys.executable, "-c", STACKS], check=False).returncode == 0
