@@ -1,7 +1,4 @@
-"""The response of the base to its commands: odometry added up, and whether it moves.
-
-When a goal sends feedback: at whole seconds from its first control step, or on a change.
-"""
+"""How the base responds to its commands, and when a goal sends feedback."""
 
 from __future__ import annotations
 

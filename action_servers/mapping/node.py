@@ -1,8 +1,6 @@
-"""The mapper as a ROS node: a map out of `scan`, `odom` and `tf`, on the topic `map`.
+"""The mapper as a ROS node: `map` out of `scan`, `odom` and `tf`, its coverage, and its files.
 
-How much of the world is mapped, and how much is visited.
-
-A map as Nav2's map server reads it: a picture, and what its pixels mean.
+The files are those of Nav2's map server: a picture, and what its pixels mean.
 """
 
 from __future__ import annotations

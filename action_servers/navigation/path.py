@@ -1,7 +1,4 @@
-"""A path as a polyline, and smoothing of a path over cells.
-
-The parameters of navigation: how long it waits, and what it keeps clear of.
-"""
+"""A path as a polyline, its smoothing, and the parameters of navigation."""
 
 from __future__ import annotations
 

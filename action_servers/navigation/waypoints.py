@@ -1,6 +1,6 @@
-"""The maneuver behind FollowWaypoints: one pose after another, some rounds.
+"""The maneuvers of FollowWaypoints and NavigateThroughPoses.
 
-The maneuver behind NavigateThroughPoses: past some poses to the last one, without a stop.
+One stops at each pose, for some rounds; the other passes some poses on its way to the last one.
 """
 
 from __future__ import annotations

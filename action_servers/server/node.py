@@ -1,7 +1,4 @@
-"""The action servers as a ROS node: one base, one pilot, a table of actions.
-
-The parameters of the servers' node whose defaults and limits depend on the robot.
-"""
+"""The action servers as a ROS node: one base, one pilot, a table of actions, and parameters."""
 
 from __future__ import annotations
 

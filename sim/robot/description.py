@@ -1,10 +1,6 @@
-"""The robot as URDF, of boxes, cylinders and spheres, for RViz and Foxglove.
+"""The robot's frames and sensors, and its URDF for RViz and Foxglove.
 
-Links are the frames of `sim.robot.description`, below `base_footprint`.
-
-Every kind of sensor, in the order in which they measure at one instant.
-
-The robot's frames as its URDF has them.
+The URDF is of boxes, cylinders and spheres. Its links are the frames, below `base_footprint`.
 """
 
 from __future__ import annotations

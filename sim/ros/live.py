@@ -1,6 +1,6 @@
-"""The simulator in its own process: paced against the wall clock, ended by a signal.
+"""The simulator in its own process, with the standard interfaces of simulators.
 
-The standard interfaces of simulators (`simulation_interfaces`) on the node of a simulation.
+It is paced against the wall clock, and ended by a signal.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The lidar: distances to the surroundings, one ray per direction, all at one instant.
 
-Rays from a place on the base: distances for lidars, range sensors and depth cameras.
+The same rays serve range sensors and depth cameras.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The shapes that worlds are made of: upright boxes and cylinders on the floor.
-
-Colours of worlds: a short list of names, or `#rrggbb`.
-"""
+"""The shapes and colours of worlds: upright boxes and cylinders, names of colours or `#rrggbb`."""
 
 from __future__ import annotations
 
